@@ -1,0 +1,1 @@
+//! The Rust API and the command line.

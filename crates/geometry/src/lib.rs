@@ -1,0 +1,1 @@
+//! Where a ray meets the scene: shapes, trees and traversal kernels.

@@ -1,0 +1,1 @@
+//! Columns to samples, one bounce at a time.

@@ -1,0 +1,1 @@
+//! The scene as entities, and the systems that flatten it.
