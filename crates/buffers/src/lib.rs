@@ -1,1 +1,76 @@
-//! The scene as columns.
+//! The scene as columns: what a flatten writes and the tracer reads.
+//!
+//! [`SceneBuffers`] is the whole scene. Rows are named by ids ([`InstanceId`], [`MaterialId`], …) that hold until the next
+//! flatten. Nothing here knows entities or files.
+
+mod camera;
+mod environment;
+mod ids;
+mod instances;
+mod lights;
+mod materials;
+mod settings;
+mod textures;
+mod trees;
+
+pub use camera::{Camera, Projection};
+pub use environment::Background;
+pub use ids::{InstanceId, MaterialId, TextureId};
+pub use instances::{Instance, InstanceColumns, InstancesView, InstancesViewMut};
+pub use lights::{Illumination, Light, LightColumns, LightKind, LightsView, LightsViewMut};
+pub use materials::{
+    Dielectric, DielectricColumns, DielectricsView, DielectricsViewMut, Emissive, EmissiveColumns, EmissivesView,
+    EmissivesViewMut, Lambert, LambertColumns, LambertsView, LambertsViewMut, MaterialKind, MaterialRow,
+    MaterialRowColumns, MaterialRowsView, MaterialRowsViewMut, Materials, Metal, MetalColumns, MetalsView,
+    MetalsViewMut, Phong, PhongColumns, PhongsView, PhongsViewMut,
+};
+pub use settings::{Integrator, PixelFilter, Settings, ToneMapping};
+pub use textures::{Axis, ColorSource, Image, Texture, Textures};
+pub use trees::Trees;
+
+use brewster_geometry::{SceneGeometry, ShapeTable};
+use glam::Vec3;
+
+/// The whole scene.
+///
+/// Written by the flatten systems, one writer at a time; read by any number of threads afterwards. A flatten makes every id
+/// stale that an earlier one gave out.
+#[derive(Clone, Debug, Default)]
+pub struct SceneBuffers {
+    /// What stands where, ordered by scene key.
+    pub instances: InstanceColumns,
+    /// The shapes that instances refer to.
+    pub shapes: ShapeTable,
+    /// How rays find instances and triangles.
+    pub trees: Trees,
+    /// The materials that instances refer to, split by kind.
+    pub materials: Materials,
+    /// The textures that materials refer to.
+    pub textures: Textures,
+    /// Lights without extent, ordered by scene key.
+    pub lights: LightColumns,
+    /// The sum of all ambient lights, radiance in nit.
+    pub ambient: Vec3,
+    /// Cameras, ordered by scene key.
+    pub cameras: Vec<Camera>,
+    /// What rays see that meet nothing.
+    pub background: Background,
+    /// The scene's settings.
+    pub settings: Settings,
+}
+
+impl SceneBuffers {
+    /// What traversal reads.
+    pub fn geometry(&self) -> SceneGeometry<'_> {
+        let instances = self.instances.view();
+        SceneGeometry {
+            object_to_world: instances.object_to_world,
+            world_to_object: instances.world_to_object,
+            shapes: instances.shape,
+            table: &self.shapes,
+            mesh_trees: &self.trees.meshes,
+            top: &self.trees.top,
+            planes: &self.trees.planes,
+        }
+    }
+}

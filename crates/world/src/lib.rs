@@ -1,1 +1,3 @@
 //! The scene as entities, and the systems that flatten it.
+
+pub mod components;

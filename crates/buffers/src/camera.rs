@@ -1,0 +1,94 @@
+//! Where pictures are taken from.
+
+use brewster_geometry::Ray;
+use glam::{Vec2, Vec3};
+
+/// A camera as columns of a frame: `right`, `up` and `forward` are unit vectors at right angles.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Camera {
+    /// The name an author chooses it by; empty where it has none.
+    pub name: String,
+    /// The eye, in meters.
+    pub position: Vec3,
+    /// To the right in the picture.
+    pub right: Vec3,
+    /// Up in the picture.
+    pub up: Vec3,
+    /// Along the view.
+    pub forward: Vec3,
+    /// How directions become pixels.
+    pub projection: Projection,
+    /// Radius of the lens in meters; 0 for a pinhole.
+    pub aperture_radius: f32,
+    /// Distance along `forward` that is sharp, in meters.
+    pub focus_distance: f32,
+    /// The entity's scene key; rows are in its order.
+    pub key: u64,
+}
+
+/// How directions become pixels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Projection {
+    /// Lines through one point; the tangent of half the vertical angle of view.
+    Perspective(f32),
+    /// Parallel lines; half the height of the picture in meters.
+    Orthographic(f32),
+}
+
+impl Camera {
+    /// The ray of a pinhole camera through a place of the picture: `place` from (0, 0), the top left corner, to (1, 1);
+    /// `aspect` is width over height.
+    #[inline(always)]
+    pub fn ray(&self, place: Vec2, aspect: f32) -> Ray {
+        let x = (2.0 * place.x - 1.0) * aspect;
+        let y = 1.0 - 2.0 * place.y;
+        match self.projection {
+            Projection::Perspective(tangent) => {
+                let direction = self.forward + self.right * (x * tangent) + self.up * (y * tangent);
+                Ray { origin: self.position, direction: direction / direction.dot(direction).sqrt() }
+            }
+            Projection::Orthographic(half_height) => {
+                let origin = self.position + self.right * (x * half_height) + self.up * (y * half_height);
+                Ray { origin, direction: self.forward }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn camera(projection: Projection) -> Camera {
+        Camera {
+            name: String::new(),
+            position: Vec3::new(0.0, 1.0, 5.0),
+            right: Vec3::X,
+            up: Vec3::Y,
+            forward: Vec3::NEG_Z,
+            projection,
+            aperture_radius: 0.0,
+            focus_distance: 1.0,
+            key: 0,
+        }
+    }
+
+    #[test]
+    fn corners_of_the_picture_look_where_they_should() {
+        // A 90 degree view, twice as wide as high: the corners are at (∓2, ±1) one meter ahead.
+        let perspective = camera(Projection::Perspective(1.0));
+        for (place, toward) in [
+            (Vec2::new(0.5, 0.5), Vec3::new(0.0, 0.0, -1.0)),
+            (Vec2::new(0.0, 0.0), Vec3::new(-2.0, 1.0, -1.0)),
+            (Vec2::new(1.0, 1.0), Vec3::new(2.0, -1.0, -1.0)),
+            (Vec2::new(1.0, 0.5), Vec3::new(2.0, 0.0, -1.0)),
+        ] {
+            let ray = perspective.ray(place, 2.0);
+            assert_eq!(ray.origin, perspective.position);
+            assert!((ray.direction - toward.normalize()).length() < 1e-6, "{place}: {}", ray.direction);
+        }
+        let orthographic = camera(Projection::Orthographic(3.0));
+        let ray = orthographic.ray(Vec2::new(0.0, 1.0), 2.0);
+        assert_eq!((ray.origin, ray.direction), (Vec3::new(-6.0, -2.0, 5.0), Vec3::NEG_Z));
+    }
+}

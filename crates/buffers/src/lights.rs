@@ -1,0 +1,112 @@
+//! Lights without extent.
+
+use brewster_lanes::columns;
+use glam::Vec3;
+
+/// The kinds of light.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[repr(u8)]
+pub enum LightKind {
+    /// From a point, weakened by the squared distance. A spot is one with a cone.
+    Point,
+    /// From a point, not weakened by distance.
+    PointWithoutFalloff,
+    /// Parallel.
+    Directional,
+}
+
+columns! {
+    /// A light without extent.
+    pub struct Light => LightColumns, LightsView, LightsViewMut {
+        /// Which kind.
+        pub kind: LightKind,
+        /// World position in meters; zero for directional light.
+        pub position: Vec3,
+        /// Unit direction in which the light travels, or the axis of its cone.
+        pub direction: Vec3,
+        /// Radiant intensity in candela; for directional light irradiance in lux, without falloff irradiance too.
+        pub intensity: Vec3,
+        /// 1/(cos inner - cos outer) of the cone; zero where there is none.
+        pub cone_scale: f32,
+        /// Added to the scaled cosine; the square of the sum, clamped to 0..1, is the cone's factor. One where there is none.
+        pub cone_offset: f32,
+        /// The entity's scene key; rows are in its order.
+        pub key: u64,
+    }
+}
+
+/// One light as a point sees it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Illumination {
+    /// Unit direction toward the light.
+    pub direction: Vec3,
+    /// Distance in meters; infinite for directional light.
+    pub distance: f32,
+    /// Irradiance on a plane that faces the light, nothing in between.
+    pub irradiance: Vec3,
+}
+
+impl Light {
+    /// The light as `point` sees it; black where the point is the light's own.
+    #[inline(always)]
+    pub fn illuminate(&self, point: Vec3) -> Illumination {
+        if self.kind == LightKind::Directional {
+            return Illumination { direction: -self.direction, distance: f32::INFINITY, irradiance: self.intensity };
+        }
+        let to_light = self.position - point;
+        let squared = to_light.length_squared();
+        if squared == 0.0 {
+            return Illumination { direction: -self.direction, distance: 0.0, irradiance: Vec3::ZERO };
+        }
+        let distance = squared.sqrt();
+        let direction = to_light / distance;
+        let ramp = (-direction.dot(self.direction) * self.cone_scale + self.cone_offset).clamp(0.0, 1.0);
+        let falloff = if self.kind == LightKind::Point { squared } else { 1.0 };
+        Illumination { direction, distance, irradiance: self.intensity * (ramp * ramp / falloff) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const LAMP: Light = Light {
+        kind: LightKind::Point,
+        position: Vec3::new(0.0, 3.0, 0.0),
+        direction: Vec3::NEG_Y,
+        intensity: Vec3::new(8.0, 4.0, 2.0),
+        cone_scale: 0.0,
+        cone_offset: 1.0,
+        key: 0,
+    };
+
+    #[test]
+    fn a_point_light_weakens_by_the_squared_distance() {
+        let seen = LAMP.illuminate(Vec3::new(0.0, 1.0, 0.0));
+        assert_eq!(seen, Illumination { direction: Vec3::Y, distance: 2.0, irradiance: Vec3::new(2.0, 1.0, 0.5) });
+        let constant = Light { kind: LightKind::PointWithoutFalloff, ..LAMP };
+        assert_eq!(constant.illuminate(Vec3::ZERO).irradiance, LAMP.intensity);
+        assert_eq!(LAMP.illuminate(LAMP.position).irradiance, Vec3::ZERO);
+    }
+
+    #[test]
+    fn a_directional_light_is_the_same_everywhere() {
+        let sun = Light { kind: LightKind::Directional, ..LAMP };
+        let seen = sun.illuminate(Vec3::new(5.0, -7.0, 100.0));
+        assert_eq!((seen.direction, seen.irradiance), (Vec3::Y, LAMP.intensity));
+        assert_eq!(seen.distance, f32::INFINITY);
+    }
+
+    #[test]
+    fn a_cone_ramps_from_its_inner_to_its_outer_angle() {
+        // cos inner = 1, cos outer = 0.5: at cosine 0.75 the ramp is one half, its square a quarter.
+        let spot = Light { cone_scale: 2.0, cone_offset: -1.0, ..LAMP };
+        let at = |cosine: f32| {
+            let direction = Vec3::new((1.0 - cosine * cosine).sqrt(), -cosine, 0.0);
+            spot.illuminate(spot.position + 2.0 * direction).irradiance.x / 2.0
+        };
+        for (cosine, factor) in [(1.0, 1.0), (0.75, 0.25), (0.5, 0.0), (0.3, 0.0), (-1.0, 0.0)] {
+            assert!((at(cosine) - factor).abs() < 1e-5, "cosine {cosine}: {} instead of {factor}", at(cosine));
+        }
+    }
+}

@@ -1,0 +1,140 @@
+//! Materials, split by kind so that a shading stage reads columns of one kind only.
+
+use brewster_lanes::columns;
+use brewster_optics::FresnelModel;
+use glam::Vec3;
+
+use crate::ColorSource;
+
+/// The kinds of material; hits are sorted by it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[repr(u8)]
+pub enum MaterialKind {
+    /// Ambient, diffuse and specular.
+    Phong,
+    /// Ideal diffuse.
+    Lambert,
+    /// Opaque conductor.
+    Metal,
+    /// Transparent solid.
+    Dielectric,
+    /// Sends out light, reflects none.
+    Emissive,
+}
+
+impl MaterialKind {
+    /// All kinds, in the order in which a bounce shades them.
+    pub const ALL: [MaterialKind; 5] = [
+        MaterialKind::Phong,
+        MaterialKind::Lambert,
+        MaterialKind::Metal,
+        MaterialKind::Dielectric,
+        MaterialKind::Emissive,
+    ];
+
+    /// The name used in counters and reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            MaterialKind::Phong => "phong",
+            MaterialKind::Lambert => "lambert",
+            MaterialKind::Metal => "metal",
+            MaterialKind::Dielectric => "dielectric",
+            MaterialKind::Emissive => "emissive",
+        }
+    }
+}
+
+columns! {
+    /// Where a material's parameters are. Its row index is its `MaterialId`.
+    pub struct MaterialRow => MaterialRowColumns, MaterialRowsView, MaterialRowsViewMut {
+        /// Which columns.
+        pub kind: MaterialKind,
+        /// Which row of them.
+        pub row: u32,
+        /// The entity's scene key; rows are in its order.
+        pub key: u64,
+    }
+}
+
+columns! {
+    /// Ambient + diffuse + specular.
+    pub struct Phong => PhongColumns, PhongsView, PhongsViewMut {
+        /// Reflectance for ambient light.
+        pub ambient: ColorSource,
+        /// Albedo.
+        pub diffuse: ColorSource,
+        /// Factor of the highlight.
+        pub specular: ColorSource,
+        /// Exponent of the highlight.
+        pub exponent: f32,
+    }
+}
+
+columns! {
+    /// Ideal diffuse reflection.
+    pub struct Lambert => LambertColumns, LambertsView, LambertsViewMut {
+        /// Albedo.
+        pub albedo: ColorSource,
+    }
+}
+
+columns! {
+    /// An opaque conductor.
+    pub struct Metal => MetalColumns, MetalsView, MetalsViewMut {
+        /// Reflectance at normal incidence; where an index is given it follows from it.
+        pub r0: ColorSource,
+        /// Real part of the index per channel; read by `FresnelModel::Exact` only.
+        pub eta: Vec3,
+        /// Imaginary part of the index per channel; read by `FresnelModel::Exact` only.
+        pub k: Vec3,
+        /// `Exact` or `Schlick`.
+        pub fresnel: FresnelModel,
+        /// Factor of the highlight, beside R_0.
+        pub specular: ColorSource,
+        /// Exponent of the highlight.
+        pub exponent: f32,
+    }
+}
+
+columns! {
+    /// A transparent solid, and the medium inside it.
+    pub struct Dielectric => DielectricColumns, DielectricsView, DielectricsViewMut {
+        /// Index of refraction.
+        pub ior: f32,
+        /// How F_r is computed.
+        pub fresnel: FresnelModel,
+        /// Factor of the highlight, beside F_r or F_t.
+        pub specular: ColorSource,
+        /// Exponent of the highlight.
+        pub exponent: f32,
+        /// Beer-Lambert coefficient per meter.
+        pub absorption: Vec3,
+        /// Where media overlap the highest fills the place; at equal priority the one entered last.
+        pub priority: i32,
+    }
+}
+
+columns! {
+    /// A surface that sends out light.
+    pub struct Emissive => EmissiveColumns, EmissivesView, EmissivesViewMut {
+        /// Radiance in nit.
+        pub radiance: ColorSource,
+    }
+}
+
+/// All materials.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Materials {
+    /// One row a material: its kind and where its parameters are.
+    pub rows: MaterialRowColumns,
+    /// Parameters of [`MaterialKind::Phong`].
+    pub phong: PhongColumns,
+    /// Parameters of [`MaterialKind::Lambert`].
+    pub lambert: LambertColumns,
+    /// Parameters of [`MaterialKind::Metal`].
+    pub metal: MetalColumns,
+    /// Parameters of [`MaterialKind::Dielectric`].
+    pub dielectric: DielectricColumns,
+    /// Parameters of [`MaterialKind::Emissive`].
+    pub emissive: EmissiveColumns,
+}

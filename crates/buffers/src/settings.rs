@@ -1,0 +1,74 @@
+//! What belongs to the scene as a whole.
+
+use glam::UVec2;
+
+/// The scene's settings, each of which a command line can overrule.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Settings {
+    /// Width and height of the picture in pixels, each at least 1.
+    pub resolution: UVec2,
+    /// How light is carried.
+    pub integrator: Integrator,
+    /// The number of interactions on a path that may scatter on. The lectures' 2.
+    pub max_depth: u32,
+    /// Samples per pixel, at least 1.
+    pub samples: u32,
+    /// Chooses the pattern of samples.
+    pub seed: u64,
+    /// How samples lie around their pixel.
+    pub filter: PixelFilter,
+    /// Whether shadow rays pass dielectrics, weakened by F_t and absorption, or are stopped by them.
+    pub transparent_shadows: bool,
+    /// A ray whose largest weight falls below this is not followed. 0 follows all.
+    pub contribution_threshold: f32,
+    /// Stops: the picture is scaled by 2^exposure before tone mapping.
+    pub exposure: f32,
+    /// How radiance becomes display values.
+    pub tone_mapping: ToneMapping,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Settings {
+            resolution: UVec2::new(960, 540),
+            integrator: Integrator::Whitted,
+            max_depth: 2,
+            samples: 16,
+            seed: 0,
+            filter: PixelFilter::BlackmanHarris,
+            transparent_shadows: false,
+            contribution_threshold: 0.0,
+            exposure: 0.0,
+            tone_mapping: ToneMapping::Srgb,
+        }
+    }
+}
+
+/// How light is carried.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Integrator {
+    /// The deterministic algorithm of the lectures.
+    Whitted,
+}
+
+/// How samples lie around their pixel.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PixelFilter {
+    /// Evenly over the pixel.
+    Box,
+    /// A pyramid two pixels wide.
+    Tent,
+    /// A bell curve three pixels wide.
+    Gaussian,
+    /// A window four pixels wide, close to a bell curve of finite width.
+    BlackmanHarris,
+}
+
+/// How radiance becomes display values.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ToneMapping {
+    /// Clamped, then the sRGB curve.
+    Srgb,
+    /// A filmic curve that rolls highlights off, then the sRGB curve.
+    Filmic,
+}

@@ -1,0 +1,158 @@
+//! Colors that vary over texture coordinates.
+
+use std::sync::Arc;
+
+use glam::{Vec2, Vec3};
+
+use crate::TextureId;
+
+/// A constant color, or a texture that replaces it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ColorSource {
+    /// Counts where `texture` is `TextureId::NONE`.
+    pub constant: Vec3,
+    /// The texture, or `TextureId::NONE`.
+    pub texture: TextureId,
+}
+
+impl ColorSource {
+    /// The same everywhere.
+    pub const fn constant(constant: Vec3) -> ColorSource {
+        ColorSource { constant, texture: TextureId::NONE }
+    }
+}
+
+/// A color over texture coordinates.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Texture {
+    /// Squares in turn, `a` at the corner (0, 0).
+    Checker {
+        /// Color of the square at (0, 0).
+        a: Vec3,
+        /// Color of its neighbors.
+        b: Vec3,
+        /// Side of a square in texture coordinates.
+        size: f32,
+    },
+    /// From one color to another as a coordinate goes from 0 to 1; held beyond.
+    Gradient {
+        /// Color at 0.
+        from: Vec3,
+        /// Color at 1.
+        to: Vec3,
+        /// The coordinate.
+        axis: Axis,
+    },
+    /// A picture, bilinear, repeated; row 0 is at v = 1.
+    Image {
+        /// The pixels.
+        image: Arc<Image>,
+        /// Times the picture repeats over 0..1.
+        repeat: f32,
+    },
+}
+
+/// A texture coordinate.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Axis {
+    /// The first.
+    U,
+    /// The second.
+    V,
+}
+
+/// Pixels in linear Rec.709, row by row from the top.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Image {
+    /// Pixels in a row, at least 1.
+    pub width: u32,
+    /// Rows, at least 1.
+    pub height: u32,
+    /// `width * height` colors.
+    pub pixels: Vec<[f32; 3]>,
+}
+
+/// All textures; a row index is a `TextureId`.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Textures {
+    /// One a texture.
+    pub rows: Vec<Texture>,
+}
+
+impl Textures {
+    /// The color of a source at texture coordinates.
+    #[inline(always)]
+    pub fn evaluate(&self, source: ColorSource, uv: Vec2) -> Vec3 {
+        if source.texture == TextureId::NONE {
+            source.constant
+        } else {
+            self.rows[source.texture.0 as usize].evaluate(uv)
+        }
+    }
+}
+
+impl Texture {
+    /// The color at texture coordinates.
+    pub fn evaluate(&self, uv: Vec2) -> Vec3 {
+        match self {
+            Texture::Checker { a, b, size } => {
+                let square = (uv / *size).floor();
+                if (square.x + square.y).rem_euclid(2.0) < 1.0 { *a } else { *b }
+            }
+            Texture::Gradient { from, to, axis } => {
+                let x = if *axis == Axis::U { uv.x } else { uv.y };
+                *from + (*to - *from) * x.clamp(0.0, 1.0)
+            }
+            Texture::Image { image, repeat } => image.bilinear(uv * *repeat),
+        }
+    }
+}
+
+impl Image {
+    /// Between the four nearest pixel centers; the picture repeats in both directions.
+    fn bilinear(&self, uv: Vec2) -> Vec3 {
+        let place = |x: f32, size: u32| {
+            let x = (x - x.floor()) * size as f32 - 0.5;
+            let low = x.floor();
+            let index = |i: f32| (i as i64).rem_euclid(i64::from(size)) as usize;
+            (index(low), index(low + 1.0), x - low)
+        };
+        let (x0, x1, fx) = place(uv.x, self.width);
+        let (y0, y1, fy) = place(1.0 - uv.y, self.height);
+        let pixel = |x: usize, y: usize| Vec3::from_array(self.pixels[y * self.width as usize + x]);
+        let top = pixel(x0, y0) * (1.0 - fx) + pixel(x1, y0) * fx;
+        let bottom = pixel(x0, y1) * (1.0 - fx) + pixel(x1, y1) * fx;
+        top * (1.0 - fy) + bottom * fy
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn checker_squares_alternate_across_zero() {
+        let checker = Texture::Checker { a: Vec3::X, b: Vec3::Y, size: 0.5 };
+        for (u, v, expected) in
+            [(0.1, 0.1, Vec3::X), (0.6, 0.1, Vec3::Y), (0.6, 0.6, Vec3::X), (-0.1, 0.1, Vec3::Y), (-0.1, -0.1, Vec3::X)]
+        {
+            assert_eq!(checker.evaluate(Vec2::new(u, v)), expected, "({u}, {v})");
+        }
+    }
+
+    #[test]
+    fn an_image_has_its_first_row_at_the_top_and_repeats() {
+        let pixels = vec![[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 1.0, 1.0]];
+        let texture = Texture::Image { image: Arc::new(Image { width: 2, height: 2, pixels }), repeat: 1.0 };
+        for (u, v, expected) in [
+            (0.25, 0.75, [1.0, 0.0, 0.0]),
+            (0.75, 0.75, [0.0, 1.0, 0.0]),
+            (0.25, 0.25, [0.0, 0.0, 1.0]),
+            (0.5, 0.75, [0.5, 0.5, 0.0]),
+            (1.25, -0.25, [1.0, 0.0, 0.0]),
+            (0.0, 0.75, [0.5, 0.5, 0.0]),
+        ] {
+            assert_eq!(texture.evaluate(Vec2::new(u, v)).to_array(), expected, "({u}, {v})");
+        }
+    }
+}

@@ -1,0 +1,98 @@
+//! What an entity's surface does to light.
+
+use bevy_ecs::component::Component;
+use bevy_ecs::entity::Entity;
+use brewster_buffers::Texture;
+use brewster_optics::FresnelModel;
+use glam::Vec3;
+
+/// A surface. Entities share one by [`UsesMaterial`], or carry their own.
+#[derive(Component, Clone, Debug, PartialEq)]
+pub enum Material {
+    /// The lecture's ordinary material: ambient, diffuse and specular.
+    Phong {
+        /// Reflectance for ambient light.
+        ambient: Color,
+        /// Albedo, 0 to 1; reflected as albedo/π.
+        diffuse: Color,
+        /// Factor of the highlight.
+        specular: Color,
+        /// Exponent of the highlight, zero or more.
+        exponent: f32,
+    },
+    /// Ideal diffuse reflection, albedo/π.
+    Lambert {
+        /// Albedo, 0 to 1.
+        albedo: Color,
+    },
+    /// An opaque conductor: a Phong highlight times R_0, and a mirror image times the Fresnel reflectance.
+    Metal {
+        /// The reflectance at normal incidence, or what it follows from.
+        reflectance: Reflectance,
+        /// How reflectance grows toward grazing angles: `Exact` needs an index, `SchlickThetaM` is for dielectrics.
+        fresnel: FresnelModel,
+        /// Factor of the highlight, beside R_0.
+        specular: Color,
+        /// Exponent of the highlight, zero or more.
+        exponent: f32,
+    },
+    /// A transparent solid: reflects F_r and transmits 1 - F_r.
+    Dielectric {
+        /// Index of refraction, 1 or more.
+        ior: f32,
+        /// How F_r is computed.
+        fresnel: FresnelModel,
+        /// Factor of the highlight, beside F_r or F_t.
+        specular: Color,
+        /// Exponent of the highlight, zero or more.
+        exponent: f32,
+        /// Beer-Lambert coefficient of the inside, per meter, zero or more.
+        absorption: Vec3,
+        /// Where media overlap the highest priority fills the place; at equal priority the one entered last.
+        priority: i32,
+    },
+    /// A surface that sends out light of its own from both sides and reflects none.
+    Emissive {
+        /// Radiance in nit (used as linear RGB), zero or more.
+        radiance: Color,
+    },
+}
+
+/// The entity wears the [`Material`] of another entity.
+#[derive(Component, Clone, Copy, Debug, PartialEq, Eq)]
+pub struct UsesMaterial(pub Entity);
+
+/// What a metal reflects.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Reflectance {
+    /// R_0: reflectance at normal incidence, 0 to 1.
+    Normal(Color),
+    /// The complex index per channel, relative to a vacuum.
+    Index {
+        /// Real part, above zero.
+        eta: Vec3,
+        /// Imaginary part, zero or more.
+        k: Vec3,
+    },
+}
+
+/// A color that is the same everywhere or comes from a texture. Linear Rec.709.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Color {
+    /// One color.
+    Constant(Vec3),
+    /// A color from the surface's texture coordinates.
+    Texture(Texture),
+}
+
+impl Color {
+    /// No color.
+    pub const BLACK: Color = Color::Constant(Vec3::ZERO);
+    /// Everything.
+    pub const WHITE: Color = Color::Constant(Vec3::ONE);
+
+    /// The same value in each channel.
+    pub const fn gray(value: f32) -> Color {
+        Color::Constant(Vec3::splat(value))
+    }
+}

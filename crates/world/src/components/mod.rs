@@ -1,0 +1,16 @@
+//! The components that importers and user code spawn and edit. They hold what an author says, in the units of the
+//! design: meters, radians, linear Rec.709; nothing here is derived.
+
+mod camera;
+mod light;
+mod material;
+mod settings;
+mod shape;
+mod transform;
+
+pub use camera::{Camera, Lens, Projection};
+pub use light::{Falloff, Light};
+pub use material::{Color, Material, Reflectance, UsesMaterial};
+pub use settings::{Background, Settings};
+pub use shape::{Shape, UsesShape};
+pub use transform::{SceneKey, Transform, WorldTransform};

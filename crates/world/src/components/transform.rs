@@ -1,0 +1,18 @@
+//! Where an entity is, and its place in the order of rows.
+
+use bevy_ecs::component::Component;
+use glam::Affine3A;
+
+/// From the entity's space to its parent's (`ChildOf`), or to the world's where it has none. Invertible.
+#[derive(Component, Clone, Copy, Debug, Default, PartialEq)]
+pub struct Transform(pub Affine3A);
+
+/// From the entity's space to the world's: written by the propagating system alone.
+#[derive(Component, Clone, Copy, Debug, Default, PartialEq)]
+pub struct WorldTransform(pub Affine3A);
+
+/// The entity's stable place: rows are ordered by it, so that an edited world and a fresh one give the same columns.
+///
+/// Unique among the entities of a world. Entities without one get the next free key when they are first flattened.
+#[derive(Component, Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct SceneKey(pub u64);
