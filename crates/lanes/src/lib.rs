@@ -2,6 +2,7 @@
 //!
 //! - [`columns!`] turns one declaration into a row, an owner of columns, a shared view and an exclusive view.
 //! - [`Level`] names the instruction set that a kernel runs on, and [`dispatch!`] compiles one body for each level.
+//! - [`math`] has the transcendental functions in plain arithmetic: the same bits on every platform.
 //!
 //! ```
 //! use brewster_lanes::{Level, columns, dispatch};
@@ -33,5 +34,6 @@
 
 mod columns;
 mod dispatch;
+pub mod math;
 
 pub use dispatch::Level;
