@@ -1,0 +1,63 @@
+//! A batch: the queues of one worker, reused from one tile to the next.
+
+use brewster_geometry::HitColumns;
+
+use crate::media::MediaStacks;
+use crate::queues::{ContributionQueue, Levels, PathRayColumns, ShadowQueue};
+use crate::stages::{ShadowScratch, SortedHits};
+use crate::stats::Recorder;
+
+/// All queues that the rays of one tile go through. One worker owns it; once its columns have grown to what a tile needs,
+/// nothing in it is allocated again.
+#[derive(Debug)]
+pub struct Batch {
+    /// Rays that wait, by depth.
+    pub levels: Levels,
+    /// The rays that are traced now.
+    pub rays: PathRayColumns,
+    /// Memory for ordering them.
+    pub ordered: PathRayColumns,
+    /// Their hits.
+    pub hits: HitColumns,
+    /// Their hits by kind of material.
+    pub sorted: SortedHits,
+    /// Rays toward lights.
+    pub shadows: ShadowQueue,
+    /// Memory for testing them.
+    pub scratch: ShadowScratch,
+    /// Light on its way to the film.
+    pub contributions: ContributionQueue,
+    /// The sets of media that rays are in.
+    pub stacks: MediaStacks,
+    /// What is counted and timed.
+    pub recorder: Recorder,
+}
+
+impl Batch {
+    /// Empty queues for rays of depths up to `max_depth`, at most `capacity` of which are traced at once.
+    pub fn new(max_depth: u32, capacity: usize, recorder: Recorder) -> Batch {
+        Batch {
+            levels: Levels::new(max_depth, capacity),
+            rays: PathRayColumns::new(),
+            ordered: PathRayColumns::new(),
+            hits: HitColumns::new(),
+            sorted: SortedHits::default(),
+            shadows: ShadowQueue::new(),
+            scratch: ShadowScratch::default(),
+            contributions: ContributionQueue::new(),
+            stacks: MediaStacks::default(),
+            recorder,
+        }
+    }
+
+    /// Bytes of memory that the queues take.
+    pub fn queue_bytes(&self) -> usize {
+        self.levels.bytes()
+            + (self.rays.capacity() + self.ordered.capacity()) * PathRayColumns::BYTES_PER_ROW
+            + self.hits.capacity() * HitColumns::BYTES_PER_ROW
+            + self.sorted.bytes()
+            + self.shadows.capacity() * ShadowQueue::BYTES_PER_ROW
+            + self.scratch.bytes()
+            + self.contributions.capacity() * ContributionQueue::BYTES_PER_ROW
+    }
+}

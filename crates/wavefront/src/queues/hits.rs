@@ -1,0 +1,136 @@
+//! Hits, sorted by the kind of material: one queue a kind.
+
+use std::marker::PhantomData;
+
+use brewster_lanes::columns;
+use glam::{Vec2, Vec3};
+
+columns! {
+    /// A ray's hit on a material, with the point of the surface.
+    pub struct SurfaceHit => SurfaceHitColumns, SurfaceHitsView, SurfaceHitsViewMut {
+        /// The ray's row among those traced.
+        pub ray: u32,
+        /// The instance that was hit.
+        pub instance: u32,
+        /// Row among the materials of the kind.
+        pub material: u32,
+        /// World position in meters.
+        pub position: Vec3,
+        /// Bound on the error of each coordinate of the position, in meters.
+        pub error: f32,
+        /// Unit normal of the shape itself; out of closed shapes.
+        pub geometric_normal: Vec3,
+        /// Unit normal for shading, within 90 degrees of the geometric one.
+        pub shading_normal: Vec3,
+        /// Texture coordinates.
+        pub uv: Vec2,
+    }
+}
+
+columns! {
+    /// A ray's passage through a boundary that is none, because a medium of higher priority fills the place.
+    pub struct Crossing => CrossingColumns, CrossingsView, CrossingsViewMut {
+        /// The ray's row among those traced.
+        pub ray: u32,
+        /// The media behind the boundary.
+        pub media: crate::media::MediaId,
+        /// World position in meters.
+        pub position: Vec3,
+        /// Unit normal of the shape.
+        pub geometric_normal: Vec3,
+        /// Bound on the error of each coordinate of the position.
+        pub error: f32,
+    }
+}
+
+/// Passages through boundaries that are none.
+pub type CrossingQueue = CrossingColumns;
+
+/// Hits on materials of one kind. `Kind` makes each queue a type of its own.
+#[derive(Debug)]
+pub struct HitQueue<Kind> {
+    hits: SurfaceHitColumns,
+    kind: PhantomData<Kind>,
+}
+
+impl<Kind> Default for HitQueue<Kind> {
+    fn default() -> Self {
+        HitQueue { hits: SurfaceHitColumns::new(), kind: PhantomData }
+    }
+}
+
+impl<Kind> HitQueue<Kind> {
+    /// Adds a hit.
+    #[inline]
+    pub fn push(&mut self, hit: SurfaceHit) {
+        self.hits.push(hit);
+    }
+
+    /// The number of hits.
+    pub fn len(&self) -> usize {
+        self.hits.len()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.hits.is_empty()
+    }
+
+    /// Hits that fit without taking more memory.
+    pub fn capacity(&self) -> usize {
+        self.hits.capacity()
+    }
+
+    /// Drops all hits; keeps the memory.
+    pub fn clear(&mut self) {
+        self.hits.clear();
+    }
+
+    /// The hits, with their kind.
+    pub fn view(&self) -> HitsOf<'_, Kind> {
+        HitsOf { hits: self.hits.view(), kind: PhantomData }
+    }
+}
+
+/// A shared view of a run of hits of one kind.
+#[derive(Debug)]
+pub struct HitsOf<'a, Kind> {
+    hits: SurfaceHitsView<'a>,
+    kind: PhantomData<Kind>,
+}
+
+impl<'a, Kind> HitsOf<'a, Kind> {
+    /// The columns.
+    pub fn columns(&self) -> SurfaceHitsView<'a> {
+        self.hits
+    }
+
+    /// At most `length` hits from row `start` on.
+    pub fn run(&self, start: usize, length: usize) -> HitsOf<'a, Kind> {
+        let end = self.hits.len().min(start + length);
+        HitsOf { hits: self.hits.slice(start..end), kind: PhantomData }
+    }
+}
+
+macro_rules! kinds {
+    ($($(#[$doc:meta])* $Kind:ident $Hits:ident;)*) => {$(
+        $(#[$doc])*
+        #[derive(Debug)]
+        pub enum $Kind {}
+        $(#[$doc])*
+        pub type $Hits = HitQueue<$Kind>;
+    )*};
+}
+
+kinds! {
+    /// Hits on Phong materials.
+    OnPhong PhongHits;
+    /// Hits on Lambert materials.
+    OnLambert LambertHits;
+    /// Hits on metals.
+    OnMetal MetalHits;
+    /// Hits on boundaries of dielectrics.
+    OnDielectric DielectricHits;
+    /// Hits on surfaces that send out light.
+    OnEmissive EmissiveHits;
+}

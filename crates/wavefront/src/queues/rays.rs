@@ -1,0 +1,152 @@
+//! The row that all queues of rays share.
+
+use std::marker::PhantomData;
+
+use brewster_geometry::{Ray, Rays};
+use brewster_lanes::columns;
+use glam::Vec3;
+
+use crate::media::MediaId;
+
+columns! {
+    /// A ray of a path, with what the path has gathered so far.
+    pub struct PathRay => PathRayColumns, PathRaysView, PathRaysViewMut {
+        /// Where it starts, in meters.
+        pub origin_x: f32,
+        /// Where it starts.
+        pub origin_y: f32,
+        /// Where it starts.
+        pub origin_z: f32,
+        /// Unit direction.
+        pub direction_x: f32,
+        /// Unit direction.
+        pub direction_y: f32,
+        /// Unit direction.
+        pub direction_z: f32,
+        /// What a unit of radiance along it adds to the pixel's sample.
+        pub weight: Vec3,
+        /// The pixel's place in the batch's tile.
+        pub pixel: u32,
+        /// The number of the sample.
+        pub sample: u32,
+        /// The media around it.
+        pub media: MediaId,
+        /// Which child of which child it is: 1 for a camera ray, 2b for the reflection and 2b + 1 for the transmission of
+        /// branch b (wrapping), so that a split's children are told apart.
+        pub branch: u32,
+    }
+}
+
+impl PathRay {
+    /// The ray alone.
+    #[inline(always)]
+    pub fn ray(&self) -> Ray {
+        Ray {
+            origin: Vec3::new(self.origin_x, self.origin_y, self.origin_z),
+            direction: Vec3::new(self.direction_x, self.direction_y, self.direction_z),
+        }
+    }
+
+    /// The same path along another ray.
+    #[inline(always)]
+    pub fn along(self, ray: Ray) -> PathRay {
+        PathRay {
+            origin_x: ray.origin.x,
+            origin_y: ray.origin.y,
+            origin_z: ray.origin.z,
+            direction_x: ray.direction.x,
+            direction_y: ray.direction.y,
+            direction_z: ray.direction.z,
+            ..self
+        }
+    }
+}
+
+impl<'a> PathRaysView<'a> {
+    /// The columns that traversal reads.
+    pub fn rays(&self) -> Rays<'a> {
+        Rays {
+            origin: [self.origin_x, self.origin_y, self.origin_z],
+            direction: [self.direction_x, self.direction_y, self.direction_z],
+        }
+    }
+}
+
+/// Where a ray came from: the queue that it waited in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum RaySource {
+    /// The camera.
+    Primary,
+    /// A reflection.
+    Reflection,
+    /// A transmission.
+    Transmission,
+}
+
+impl RaySource {
+    /// All sources, in the order in which reports list them.
+    pub const ALL: [RaySource; 3] = [RaySource::Primary, RaySource::Reflection, RaySource::Transmission];
+
+    /// The name used in counters and reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            RaySource::Primary => "primary",
+            RaySource::Reflection => "reflection",
+            RaySource::Transmission => "transmission",
+        }
+    }
+}
+
+/// Rays that wait to be traced. `Source` makes each queue a type of its own.
+#[derive(Debug)]
+pub struct RayQueue<Source> {
+    rays: PathRayColumns,
+    source: PhantomData<Source>,
+}
+
+impl<Source> Default for RayQueue<Source> {
+    fn default() -> Self {
+        RayQueue { rays: PathRayColumns::new(), source: PhantomData }
+    }
+}
+
+impl<Source> RayQueue<Source> {
+    /// Rays that wait.
+    pub fn len(&self) -> usize {
+        self.rays.len()
+    }
+
+    /// Whether none waits.
+    pub fn is_empty(&self) -> bool {
+        self.rays.is_empty()
+    }
+
+    /// Takes memory so that the queue can hold `capacity` rays.
+    pub fn reserve_total(&mut self, capacity: usize) {
+        self.rays.reserve(capacity.saturating_sub(self.rays.len()));
+    }
+
+    /// Adds a ray.
+    #[inline]
+    pub fn push(&mut self, ray: PathRay) {
+        self.rays.push(ray);
+    }
+
+    /// Moves at most `limit` rays into `taken`, which is emptied first: all of them by exchanging the memory, or the last
+    /// ones by copying.
+    pub fn take(&mut self, limit: usize, taken: &mut PathRayColumns) {
+        taken.clear();
+        if self.len() <= limit {
+            std::mem::swap(&mut self.rays, taken);
+        } else {
+            let kept = self.len() - limit;
+            taken.extend_from_view(self.rays.view().slice(kept..self.len()));
+            self.rays.truncate(kept);
+        }
+    }
+
+    /// Bytes of memory taken.
+    pub fn bytes(&self) -> usize {
+        self.rays.capacity() * PathRayColumns::BYTES_PER_ROW
+    }
+}

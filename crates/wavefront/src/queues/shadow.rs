@@ -1,0 +1,57 @@
+//! The shadow queue: rays toward lights, with what they add if nothing is in between.
+
+use brewster_geometry::{Ray, Rays};
+use brewster_lanes::columns;
+use glam::Vec3;
+
+use crate::media::MediaId;
+
+columns! {
+    /// A ray toward a light.
+    pub struct ShadowRay => ShadowRayColumns, ShadowRaysView, ShadowRaysViewMut {
+        /// Where it starts, in meters.
+        pub origin_x: f32,
+        /// Where it starts.
+        pub origin_y: f32,
+        /// Where it starts.
+        pub origin_z: f32,
+        /// Unit direction.
+        pub direction_x: f32,
+        /// Unit direction.
+        pub direction_y: f32,
+        /// Unit direction.
+        pub direction_z: f32,
+        /// Distance to the light in meters; infinite for directional light.
+        pub distance: f32,
+        /// What it adds to the pixel's sample.
+        pub contribution: Vec3,
+        /// The pixel's place in the batch's tile.
+        pub pixel: u32,
+        /// The media around it.
+        pub media: MediaId,
+    }
+}
+
+impl ShadowRay {
+    /// The ray alone.
+    #[inline(always)]
+    pub fn ray(&self) -> Ray {
+        Ray {
+            origin: Vec3::new(self.origin_x, self.origin_y, self.origin_z),
+            direction: Vec3::new(self.direction_x, self.direction_y, self.direction_z),
+        }
+    }
+}
+
+impl<'a> ShadowRaysView<'a> {
+    /// The columns that traversal reads.
+    pub fn rays(&self) -> Rays<'a> {
+        Rays {
+            origin: [self.origin_x, self.origin_y, self.origin_z],
+            direction: [self.direction_x, self.direction_y, self.direction_z],
+        }
+    }
+}
+
+/// Rays toward lights.
+pub type ShadowQueue = ShadowRayColumns;

@@ -1,0 +1,18 @@
+//! Lets rays cross boundaries that are none.
+
+use brewster_geometry::{Ray, spawn_origin};
+
+use crate::queues::{CrossingsView, PathRay, PathRaysView, TransmissionQueue};
+
+/// Sends rays on, straight, with the media behind the boundary. It is no interaction: the depth stays.
+///
+/// Reads: rays and crossings. Writes: the transmission queue of the same depth.
+pub fn cross(rays: PathRaysView<'_>, crossings: CrossingsView<'_>, transmission: &mut TransmissionQueue) {
+    for row in 0..crossings.len() {
+        let crossing = crossings.get(row);
+        let ray = rays.get(crossing.ray as usize);
+        let direction = ray.ray().direction;
+        let origin = spawn_origin(crossing.position, crossing.geometric_normal, crossing.error, direction);
+        transmission.push(PathRay { media: crossing.media, ..ray.along(Ray { origin, direction }) });
+    }
+}

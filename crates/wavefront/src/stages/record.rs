@@ -1,0 +1,23 @@
+//! Writes down what camera rays hit first.
+
+use brewster_film::{FilmTile, FirstHit};
+
+use crate::context::Context;
+use crate::queues::{PathRaysView, SurfaceHitsView};
+
+/// Adds depth along the view axis, normal and ids of first hits to the film.
+///
+/// Reads: rays of depth 0 and their hits. Writes: the film's layers.
+pub fn record(context: &Context<'_>, rays: PathRaysView<'_>, hits: SurfaceHitsView<'_>, tile: &mut FilmTile<'_>) {
+    let materials = context.scene.instances.view().material;
+    for row in 0..hits.len() {
+        let hit = hits.get(row);
+        let first = FirstHit {
+            depth: (hit.position - context.camera.position).dot(context.camera.forward).max(0.0),
+            normal: hit.shading_normal.to_array(),
+            material: materials[hit.instance as usize].0,
+            entity: hit.instance,
+        };
+        tile.add_first_hit(rays.pixel[hit.ray as usize], rays.sample[hit.ray as usize], first);
+    }
+}

@@ -1,0 +1,118 @@
+//! Shades hits on dielectrics: every one splits into both queues, with F_r and F_t.
+
+use brewster_buffers::DielectricsView;
+use brewster_geometry::{Ray, spawn_origin};
+use brewster_optics::{fresnel_dielectric, mirror_direction, phong_highlight, refracted_direction};
+use glam::Vec3;
+
+use super::{Continuation, send_shadow_ray};
+use crate::context::Context;
+use crate::media::{MediaId, MediaStacks, Medium};
+use crate::queues::{HitsOf, OnDielectric, PathRay, PathRaysView, ShadowQueue, SurfaceHit};
+use crate::stats::Counts;
+
+/// What a ray finds at a boundary.
+struct Split {
+    /// The part that is reflected, F_r; the rest is transmitted.
+    reflectance: f32,
+    /// Unit mirror direction.
+    reflected: Vec3,
+    /// Unit refracted direction; none where everything is reflected.
+    transmitted: Option<Vec3>,
+    /// The media in front of the boundary and behind it.
+    media: [MediaId; 2],
+    /// Unit normal for shading, on the side that the ray came from.
+    normal: Vec3,
+    /// Unit geometric normal on the side that the ray came from.
+    geometric: Vec3,
+}
+
+impl Split {
+    /// The media around a ray that leaves the boundary: the geometric normal decides on which side it runs.
+    fn media_of(&self, direction: Vec3) -> MediaId {
+        self.media[usize::from(direction.dot(self.geometric) < 0.0)]
+    }
+}
+
+/// For each hit: for each light a shadow ray with the Phong highlight about the mirror direction times F_r, or about the
+/// refracted direction times F_t for lights behind the boundary, and, below the maximum depth, a reflection with weight
+/// F_r and a transmission with weight F_t.
+///
+/// Reads: rays, hits, dielectrics, textures, lights. Writes: shadow rays, the next depth's reflection and transmission queues,
+/// and the media stacks.
+pub fn shade_dielectric(
+    context: &Context<'_>,
+    rays: PathRaysView<'_>,
+    hits: &HitsOf<'_, OnDielectric>,
+    stacks: &mut MediaStacks,
+    shadows: &mut ShadowQueue,
+    continuation: &mut Continuation<'_>,
+    counts: &mut Counts,
+) {
+    let dielectrics = context.scene.materials.dielectric.view();
+    let hits = hits.columns();
+    for row in 0..hits.len() {
+        let hit = hits.get(row);
+        let ray = rays.get(hit.ray as usize);
+        let split = split(&dielectrics, stacks, &ray, &hit);
+        highlight(context, &ray, &hit, &split, shadows);
+        let mut send = |direction: Vec3, factor: f32| {
+            let origin = spawn_origin(hit.position, hit.geometric_normal, hit.error, direction);
+            let along = ray.along(Ray { origin, direction });
+            PathRay { weight: ray.weight * factor, media: split.media_of(direction), ..along }
+        };
+        continuation.reflect(send(split.reflected, split.reflectance), counts);
+        match split.transmitted {
+            Some(direction) => continuation.transmit(send(direction, 1.0 - split.reflectance), counts),
+            None => counts.totally_reflected += 1,
+        }
+    }
+}
+
+/// Which side is which follows the geometric normal for the media, and the shading normal for Fresnel.
+fn split(dielectrics: &DielectricsView<'_>, stacks: &mut MediaStacks, ray: &PathRay, hit: &SurfaceHit) -> Split {
+    let direction = ray.ray().direction;
+    let ior = |medium: Medium| if medium == Medium::VACUUM { 1.0 } else { dielectrics.ior[medium.0 as usize] };
+    let inward = direction.dot(hit.geometric_normal) < 0.0;
+    let boundary = stacks.boundary(ray.media, Medium(hit.material), inward, dielectrics);
+    let (before, behind) = (ior(boundary.filling_before), ior(boundary.filling_behind));
+    let shading_inward = direction.dot(hit.shading_normal) < 0.0;
+    let (eta_i, eta_t) = if shading_inward == inward { (before, behind) } else { (behind, before) };
+    let normal = if shading_inward { hit.shading_normal } else { -hit.shading_normal };
+    let geometric = if inward { hit.geometric_normal } else { -hit.geometric_normal };
+
+    let cos_i = (-direction.dot(normal)).clamp(0.0, 1.0);
+    let fresnel = fresnel_dielectric(dielectrics.fresnel[hit.material as usize], cos_i, eta_i, eta_t);
+    Split {
+        reflectance: fresnel.reflectance,
+        reflected: mirror_direction(direction, normal),
+        transmitted: refracted_direction(direction, normal, eta_i, eta_t),
+        media: [ray.media, boundary.behind],
+        normal,
+        geometric,
+    }
+}
+
+/// The lights' images in the surface: a Phong lobe stands for each.
+fn highlight(context: &Context<'_>, ray: &PathRay, hit: &SurfaceHit, split: &Split, shadows: &mut ShadowQueue) {
+    let scene = context.scene;
+    let material = scene.materials.dielectric.get(hit.material as usize);
+    let specular = scene.textures.evaluate(material.specular, hit.uv);
+    for index in 0..scene.lights.len() {
+        let light = scene.lights.get(index);
+        let seen = light.illuminate(hit.position);
+        let (side, geometric_side) = (seen.direction.dot(split.normal), seen.direction.dot(split.geometric));
+        let factor = if side > 0.0 && geometric_side > 0.0 {
+            split.reflectance * phong_highlight(seen.direction.dot(split.reflected), material.exponent)
+        } else if side < 0.0 && geometric_side < 0.0 {
+            split.transmitted.map_or(0.0, |transmitted| {
+                (1.0 - split.reflectance) * phong_highlight(seen.direction.dot(transmitted), material.exponent)
+            })
+        } else {
+            0.0
+        };
+        let media = split.media_of(seen.direction);
+        let seen_through = ray.weight * specular * factor * seen.irradiance;
+        send_shadow_ray(shadows, hit, ray.pixel, media, &light, seen.direction, seen_through);
+    }
+}

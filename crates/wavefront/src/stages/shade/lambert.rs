@@ -1,0 +1,36 @@
+//! Shades hits on Lambert materials: ideal diffuse reflection.
+
+use brewster_optics::lambert;
+
+use super::{facing_normals, send_shadow_ray};
+use crate::context::Context;
+use crate::queues::{HitsOf, OnLambert, PathRaysView, ShadowQueue};
+
+/// For each hit and each light on the viewer's side a shadow ray with albedo/π · N·L · irradiance.
+///
+/// Reads: rays, hits, Lambert materials, textures, lights. Writes: shadow rays.
+pub fn shade_lambert(
+    context: &Context<'_>,
+    rays: PathRaysView<'_>,
+    hits: &HitsOf<'_, OnLambert>,
+    shadows: &mut ShadowQueue,
+) {
+    let scene = context.scene;
+    let hits = hits.columns();
+    for row in 0..hits.len() {
+        let hit = hits.get(row);
+        let ray = rays.get(hit.ray as usize);
+        let material = scene.materials.lambert.get(hit.material as usize);
+        let (geometric, normal) = facing_normals(&hit, ray.ray().direction);
+        let diffuse = lambert(scene.textures.evaluate(material.albedo, hit.uv));
+        for index in 0..scene.lights.len() {
+            let light = scene.lights.get(index);
+            let seen = light.illuminate(hit.position);
+            let cosine = seen.direction.dot(normal);
+            if cosine > 0.0 && seen.direction.dot(geometric) > 0.0 {
+                let reflected = ray.weight * diffuse * cosine * seen.irradiance;
+                send_shadow_ray(shadows, &hit, ray.pixel, ray.media, &light, seen.direction, reflected);
+            }
+        }
+    }
+}

@@ -1,0 +1,54 @@
+//! Shades hits on metals: the lecture's Phong highlight times R_0, and the mirror image times the Fresnel reflectance.
+
+use brewster_geometry::{Ray, spawn_origin};
+use brewster_optics::{FresnelModel, fresnel_conductor, mirror_direction, phong_highlight, schlick};
+use glam::Vec3;
+
+use super::{Continuation, facing_normals, send_shadow_ray};
+use crate::context::Context;
+use crate::queues::{HitsOf, OnMetal, PathRaysView, ShadowQueue};
+use crate::stats::Counts;
+
+/// For each hit: for each light on the viewer's side a shadow ray with ks · R_0 · max(0, L·R)^exponent · irradiance, and, below
+/// the maximum depth, a reflection with weight F_r. What is not reflected is absorbed as heat.
+///
+/// Reads: rays, hits, metals, textures, lights. Writes: shadow rays and the next depth's reflection queue.
+pub fn shade_metal(
+    context: &Context<'_>,
+    rays: PathRaysView<'_>,
+    hits: &HitsOf<'_, OnMetal>,
+    shadows: &mut ShadowQueue,
+    continuation: &mut Continuation<'_>,
+    counts: &mut Counts,
+) {
+    let scene = context.scene;
+    let hits = hits.columns();
+    for row in 0..hits.len() {
+        let hit = hits.get(row);
+        let ray = rays.get(hit.ray as usize);
+        let material = scene.materials.metal.get(hit.material as usize);
+        let direction = ray.ray().direction;
+        let (geometric, normal) = facing_normals(&hit, direction);
+        let mirror = mirror_direction(direction, normal);
+        let color = |source| scene.textures.evaluate(source, hit.uv);
+        let (r0, specular) = (color(material.r0), color(material.specular));
+        for index in 0..scene.lights.len() {
+            let light = scene.lights.get(index);
+            let seen = light.illuminate(hit.position);
+            if seen.direction.dot(normal) <= 0.0 || seen.direction.dot(geometric) <= 0.0 {
+                continue;
+            }
+            let highlight = specular * r0 * phong_highlight(seen.direction.dot(mirror), material.exponent);
+            let reflected: Vec3 = ray.weight * highlight * seen.irradiance;
+            send_shadow_ray(shadows, &hit, ray.pixel, ray.media, &light, seen.direction, reflected);
+        }
+        let cos_i = (-direction.dot(normal)).clamp(0.0, 1.0);
+        let reflectance = match material.fresnel {
+            FresnelModel::Exact => fresnel_conductor(cos_i, material.eta, material.k),
+            FresnelModel::Schlick | FresnelModel::SchlickThetaM => schlick(cos_i, r0),
+        };
+        let origin = spawn_origin(hit.position, hit.geometric_normal, hit.error, mirror);
+        let reflected = ray.along(Ray { origin, direction: mirror });
+        continuation.reflect(crate::queues::PathRay { weight: ray.weight * reflectance, ..reflected }, counts);
+    }
+}

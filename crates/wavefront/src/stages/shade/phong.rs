@@ -1,0 +1,47 @@
+//! Shades hits on Phong materials: ambient + diffuse + specular, the lecture's ordinary surface.
+
+use brewster_optics::{lambert, mirror_direction, phong_highlight};
+use glam::Vec3;
+
+use super::{facing_normals, send_shadow_ray};
+use crate::context::Context;
+use crate::queues::{Contribution, ContributionQueue, HitsOf, OnPhong, PathRaysView, ShadowQueue};
+
+/// For each hit: the ambient term as a contribution, and for each light on the viewer's side a shadow ray with
+/// (albedo/π · N·L + ks · max(0, L·R)^exponent) · irradiance.
+///
+/// Reads: rays, hits, Phong materials, textures, lights. Writes: shadow rays and contributions.
+pub fn shade_phong(
+    context: &Context<'_>,
+    rays: PathRaysView<'_>,
+    hits: &HitsOf<'_, OnPhong>,
+    shadows: &mut ShadowQueue,
+    contributions: &mut ContributionQueue,
+) {
+    let scene = context.scene;
+    let hits = hits.columns();
+    for row in 0..hits.len() {
+        let hit = hits.get(row);
+        let ray = rays.get(hit.ray as usize);
+        let material = scene.materials.phong.get(hit.material as usize);
+        let direction = ray.ray().direction;
+        let (geometric, normal) = facing_normals(&hit, direction);
+        let mirror = mirror_direction(direction, normal);
+        let color = |source| scene.textures.evaluate(source, hit.uv);
+        let (diffuse, specular) = (lambert(color(material.diffuse)), color(material.specular));
+
+        let ambient = ray.weight * color(material.ambient) * scene.ambient;
+        contributions.push(Contribution { radiance: ambient, pixel: ray.pixel });
+        for index in 0..scene.lights.len() {
+            let light = scene.lights.get(index);
+            let seen = light.illuminate(hit.position);
+            let cosine = seen.direction.dot(normal);
+            if cosine <= 0.0 || seen.direction.dot(geometric) <= 0.0 {
+                continue;
+            }
+            let highlight = specular * phong_highlight(seen.direction.dot(mirror), material.exponent);
+            let reflected: Vec3 = ray.weight * (diffuse * cosine + highlight) * seen.irradiance;
+            send_shadow_ray(shadows, &hit, ray.pixel, ray.media, &light, seen.direction, reflected);
+        }
+    }
+}

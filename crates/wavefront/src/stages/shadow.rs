@@ -1,0 +1,130 @@
+//! Tests rays toward lights.
+
+use brewster_buffers::MaterialKind;
+use brewster_film::FilmTile;
+use brewster_geometry::{Hit, HitColumns, closest_hits, occluded, surface};
+use brewster_optics::{beer_lambert, fresnel_dielectric};
+use glam::Vec3;
+
+use crate::context::Context;
+use crate::media::{MediaStacks, Medium};
+use crate::queues::{Contribution, ContributionQueue, ShadowQueue, ShadowRay};
+use crate::stats::Counts;
+
+/// Memory that [`shadow`] reuses.
+#[derive(Debug, Default)]
+pub struct ShadowScratch {
+    blocked: Vec<bool>,
+    hits: HitColumns,
+    next: ShadowQueue,
+}
+
+impl ShadowScratch {
+    /// Bytes of memory taken.
+    pub fn bytes(&self) -> usize {
+        self.blocked.capacity()
+            + self.hits.capacity() * HitColumns::BYTES_PER_ROW
+            + self.next.capacity() * ShadowQueue::BYTES_PER_ROW
+    }
+}
+
+/// Passes on the contributions of rays that reach their light, and empties the queue.
+///
+/// Reads and empties: shadow rays. Writes: contributions, and the film's number of rays.
+pub fn shadow(
+    context: &Context<'_>,
+    queue: &mut ShadowQueue,
+    stacks: &mut MediaStacks,
+    scratch: &mut ShadowScratch,
+    contributions: &mut ContributionQueue,
+    tile: &mut FilmTile<'_>,
+    counts: &mut Counts,
+) {
+    counts.shadow_rays += queue.len() as u64;
+    let before = contributions.len();
+    let sent = queue.len();
+    if context.scene.settings.transparent_shadows {
+        while !queue.is_empty() {
+            counts.shadow_segments += queue.len() as u64;
+            count_rays(queue, tile);
+            follow(context, queue, stacks, scratch, contributions);
+        }
+    } else {
+        counts.shadow_segments += queue.len() as u64;
+        count_rays(queue, tile);
+        let view = queue.view();
+        scratch.blocked.resize(view.len(), false);
+        occluded(&context.geometry, context.policy.level, view.rays(), view.distance, &mut scratch.blocked);
+        for row in 0..view.len() {
+            if !scratch.blocked[row] {
+                contributions.push(Contribution { radiance: view.contribution[row], pixel: view.pixel[row] });
+            }
+        }
+        queue.clear();
+    }
+    counts.shadowed += (sent - (contributions.len() - before)) as u64;
+}
+
+fn count_rays(queue: &ShadowQueue, tile: &mut FilmTile<'_>) {
+    for &pixel in queue.view().pixel {
+        tile.add_rays(pixel, 1);
+    }
+}
+
+/// Follows each ray to the next surface: through a dielectric weakened by F_t, to its light, or not at all. Factors multiply
+/// in the order of the hits.
+fn follow(
+    context: &Context<'_>,
+    queue: &mut ShadowQueue,
+    stacks: &mut MediaStacks,
+    scratch: &mut ShadowScratch,
+    contributions: &mut ContributionQueue,
+) {
+    let scene = context.scene;
+    let dielectrics = scene.materials.dielectric.view();
+    scratch.hits.resize(queue.len(), Hit::miss());
+    closest_hits(&context.geometry, context.policy.level, queue.view().rays(), scratch.hits.view_mut());
+    scratch.next.clear();
+    for row in 0..queue.len() {
+        let (ray, hit) = (queue.get(row), scratch.hits.get(row));
+        let end = hit.t.min(ray.distance);
+        let filling = stacks.filling(ray.media);
+        let mut contribution = ray.contribution;
+        if filling != Medium::VACUUM {
+            contribution *= beer_lambert(dielectrics.absorption[filling.0 as usize], end);
+        }
+        if hit.is_miss() || hit.t >= ray.distance {
+            contributions.push(Contribution { radiance: contribution, pixel: ray.pixel });
+            continue;
+        }
+        let material = scene.materials.rows.get(scene.instances.view().material[hit.instance as usize].0 as usize);
+        if material.kind != MaterialKind::Dielectric {
+            continue;
+        }
+        let point = surface(&context.geometry, ray.ray(), hit);
+        let direction = ray.ray().direction;
+        let inward = direction.dot(point.geometric_normal) < 0.0;
+        let boundary = stacks.boundary(ray.media, Medium(material.row), inward, &dielectrics);
+        if boundary.filling_before != boundary.filling_behind {
+            let ior = |medium: Medium| if medium == Medium::VACUUM { 1.0 } else { dielectrics.ior[medium.0 as usize] };
+            let cos_i = direction.dot(point.shading_normal).abs().min(1.0);
+            let model = dielectrics.fresnel[material.row as usize];
+            let fresnel = fresnel_dielectric(model, cos_i, ior(boundary.filling_before), ior(boundary.filling_behind));
+            contribution *= 1.0 - fresnel.reflectance;
+        }
+        if contribution == Vec3::ZERO {
+            continue;
+        }
+        let origin = point.offset_origin(direction);
+        scratch.next.push(ShadowRay {
+            origin_x: origin.x,
+            origin_y: origin.y,
+            origin_z: origin.z,
+            distance: ray.distance - hit.t,
+            contribution,
+            media: boundary.behind,
+            ..ray
+        });
+    }
+    std::mem::swap(queue, &mut scratch.next);
+}

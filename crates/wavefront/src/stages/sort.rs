@@ -1,0 +1,135 @@
+//! Parts hits by kind of material, and those that escaped.
+
+use brewster_buffers::MaterialKind;
+use brewster_geometry::{HitsView, surface};
+use glam::Vec3;
+
+use crate::context::Context;
+use crate::media::{MediaStacks, Medium};
+use crate::queues::{
+    Crossing, CrossingQueue, DielectricHits, EmissiveHits, Escaped, EscapedQueue, LambertHits, MetalHits, PathRaysView,
+    PhongHits, SurfaceHit, SurfaceHitColumns, SurfaceHitsView,
+};
+use crate::stats::Counts;
+
+/// What became of the rays of one trace.
+#[derive(Debug, Default)]
+pub struct SortedHits {
+    /// Rays that met nothing.
+    pub escaped: EscapedQueue,
+    /// Rays that met a boundary that is none.
+    pub crossings: CrossingQueue,
+    /// Hits on Phong materials.
+    pub phong: PhongHits,
+    /// Hits on Lambert materials.
+    pub lambert: LambertHits,
+    /// Hits on metals.
+    pub metal: MetalHits,
+    /// Hits on dielectrics.
+    pub dielectric: DielectricHits,
+    /// Hits on emissive surfaces.
+    pub emissive: EmissiveHits,
+}
+
+impl SortedHits {
+    /// Drops all rows; keeps the memory.
+    pub fn clear(&mut self) {
+        self.escaped.clear();
+        self.crossings.clear();
+        self.phong.clear();
+        self.lambert.clear();
+        self.metal.clear();
+        self.dielectric.clear();
+        self.emissive.clear();
+    }
+
+    /// Runs over the hits of every kind.
+    pub fn each(&self, mut run: impl FnMut(SurfaceHitsView<'_>)) {
+        run(self.phong.view().columns());
+        run(self.lambert.view().columns());
+        run(self.metal.view().columns());
+        run(self.dielectric.view().columns());
+        run(self.emissive.view().columns());
+    }
+
+    /// Bytes of memory taken.
+    pub fn bytes(&self) -> usize {
+        let kinds = self.phong.capacity()
+            + self.lambert.capacity()
+            + self.metal.capacity()
+            + self.dielectric.capacity()
+            + self.emissive.capacity();
+        kinds * SurfaceHitColumns::BYTES_PER_ROW
+            + self.escaped.capacity() * EscapedQueue::BYTES_PER_ROW
+            + self.crossings.capacity() * CrossingQueue::BYTES_PER_ROW
+    }
+
+    /// Hits on surfaces.
+    pub fn hits(&self) -> usize {
+        self.phong.len() + self.lambert.len() + self.metal.len() + self.dielectric.len() + self.emissive.len()
+    }
+}
+
+/// Parts rays into escaped ones, crossings and hits by kind of material, in the rays' order, and finds the points of the
+/// surfaces.
+///
+/// Reads: rays, hits, instances, materials. Writes: the sorted hits, which are emptied first, and the media stacks.
+pub fn sort(
+    context: &Context<'_>,
+    rays: PathRaysView<'_>,
+    hits: HitsView<'_>,
+    stacks: &mut MediaStacks,
+    sorted: &mut SortedHits,
+    counts: &mut Counts,
+) {
+    let scene = context.scene;
+    let instances = scene.instances.view();
+    let materials = scene.materials.rows.view();
+    let dielectrics = scene.materials.dielectric.view();
+    sorted.clear();
+    for row in 0..rays.len() {
+        let hit = hits.get(row);
+        let ray = rays.get(row);
+        if hit.is_miss() {
+            let direction = Vec3::new(ray.direction_x, ray.direction_y, ray.direction_z);
+            sorted.escaped.push(Escaped { direction, weight: ray.weight, pixel: ray.pixel });
+            continue;
+        }
+        let material = materials.get(instances.material[hit.instance as usize].0 as usize);
+        let point = surface(&context.geometry, ray.ray(), hit);
+        if material.kind == MaterialKind::Dielectric {
+            let inward = ray.ray().direction.dot(point.geometric_normal) < 0.0;
+            let boundary = stacks.boundary(ray.media, Medium(material.row), inward, &dielectrics);
+            if boundary.filling_before == boundary.filling_behind {
+                sorted.crossings.push(Crossing {
+                    ray: row as u32,
+                    media: boundary.behind,
+                    position: point.position,
+                    geometric_normal: point.geometric_normal,
+                    error: point.error,
+                });
+                continue;
+            }
+        }
+        let hit = SurfaceHit {
+            ray: row as u32,
+            instance: hit.instance,
+            material: material.row,
+            position: point.position,
+            error: point.error,
+            geometric_normal: point.geometric_normal,
+            shading_normal: point.shading_normal,
+            uv: point.uv,
+        };
+        match material.kind {
+            MaterialKind::Phong => sorted.phong.push(hit),
+            MaterialKind::Lambert => sorted.lambert.push(hit),
+            MaterialKind::Metal => sorted.metal.push(hit),
+            MaterialKind::Dielectric => sorted.dielectric.push(hit),
+            MaterialKind::Emissive => sorted.emissive.push(hit),
+        }
+    }
+    counts.escaped += sorted.escaped.len() as u64;
+    counts.crossings += sorted.crossings.len() as u64;
+    counts.hits += sorted.hits() as u64;
+}
