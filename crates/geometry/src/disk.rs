@@ -1,0 +1,72 @@
+//! Disks and rings.
+
+use glam::{DVec2, DVec3, Vec2, Vec3};
+
+use crate::aabb::Aabb;
+use crate::shape::{Analytic, Crossing, LocalSurface, ShapeError, check_length};
+
+/// A disk around the origin in the plane z = 0, normal +Z, with a hole in its middle if `inner_radius` is not 0.
+///
+/// Texture: u and v run from 0 to 1 along x and y, over the square around the disk.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Disk {
+    /// The radius.
+    pub radius: f32,
+    /// The radius of the hole: zero or more, less than `radius`.
+    pub inner_radius: f32,
+}
+
+impl Analytic for Disk {
+    fn validate(&self) -> Result<(), ShapeError> {
+        check_length("radius", self.radius)?;
+        if self.inner_radius >= 0.0 && self.inner_radius < self.radius {
+            return Ok(());
+        }
+        let expected = "at least 0 and less than radius";
+        Err(ShapeError { parameter: "inner_radius", value: self.inner_radius, expected })
+    }
+
+    fn bounds(&self) -> Aabb {
+        Aabb::centered(Vec3::new(self.radius, self.radius, 0.0))
+    }
+
+    fn is_closed(&self) -> bool {
+        false
+    }
+
+    fn crossing(&self, origin: DVec3, direction: DVec3) -> Option<Crossing> {
+        let (radius, inner) = (self.radius as f64, self.inner_radius as f64);
+        let t = -origin.z / direction.z;
+        let distance = (origin + direction * t).truncate().length_squared();
+        let inside = distance <= radius * radius && distance >= inner * inner;
+        (t > 0.0 && inside).then_some(Crossing { t, face: 0 })
+    }
+
+    fn surface(&self, point: DVec3, _face: u32, _margin: f64) -> LocalSurface {
+        let point = point.truncate().extend(0.0);
+        LocalSurface { point, normal: DVec3::Z, uv: disk_uv(point.truncate(), self.radius) }
+    }
+}
+
+/// Texture coordinates over the square around a disk.
+pub(crate) fn disk_uv(at: DVec2, radius: f32) -> Vec2 {
+    (at / radius as f64 * 0.5 + 0.5).as_vec2().clamp(Vec2::ZERO, Vec2::ONE)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ray::Ray;
+
+    #[test]
+    fn is_a_ring_with_a_hole() {
+        let disk = Disk { radius: 2.0, inner_radius: 1.0 };
+        for (x, hit) in [(0.0, false), (0.99, false), (1.01, true), (1.99, true), (2.01, false)] {
+            let ray = Ray { origin: Vec3::new(0.6 * x, 0.8 * x, 1.0), direction: Vec3::NEG_Z };
+            assert_eq!(disk.intersect(&ray).is_some(), hit, "{x}");
+        }
+        assert!(disk.validate().is_ok());
+        assert!(Disk { inner_radius: 2.0, ..disk }.validate().is_err());
+        assert!(Disk { inner_radius: f32::NAN, ..disk }.validate().is_err());
+    }
+}

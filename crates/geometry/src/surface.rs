@@ -1,0 +1,142 @@
+//! What a ray found: the surface at a hit, and where rays start that leave it.
+//!
+//! A point on a surface is rounded to f32, moved off the surface, rounded again, and mapped to object space by the next ray,
+//! which rounds a third time. [`SurfacePoint::error`] bounds the sum of all that along the normal, so that a ray that starts
+//! there is truly on the side it was put. The idea is that of "Error bounds" in Pharr, Jakob and Humphreys, "Physically
+//! Based Rendering", but the bound is taken where the surface is exact, in object space, and brought to world space along the
+//! normal: a shape that is stretched a thousandfold in one direction costs nothing in the others.
+//!
+//! A point near an edge could be put past the neighboring face. So the point itself keeps away from edges by a little more
+//! than the error; a pixel cannot see the difference.
+
+use glam::{DVec3, Vec2, Vec3};
+
+use crate::hit::Hit;
+use crate::mesh::TriangleMesh;
+use crate::ray::Ray;
+use crate::scene::SceneGeometry;
+use crate::shape::{Analytic, LocalSurface, with_shape};
+use crate::transform::Affine;
+
+/// The surface at a hit, in world space.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SurfacePoint {
+    /// The point, on the surface but for rounding. Rays do not start here, but at [`offset_origin`].
+    pub position: Vec3,
+    /// Unit normal of the surface itself: outward on a closed shape, on a mesh the side its triangles run counterclockwise on.
+    pub geometric_normal: Vec3,
+    /// Unit normal for shading: interpolated on a mesh with normals, otherwise the geometric one.
+    pub shading_normal: Vec3,
+    /// Texture coordinates, as the shape's type says; on a mesh without any they are 0.
+    pub uv: Vec2,
+    /// Bound on the distance, along the normal and in meters, between an origin at `position` and the surface as a ray sees it.
+    pub error: f32,
+}
+
+/// Half a unit in f32's last place, relative.
+const HALF_ULP: f64 = 1.0 / (1 << 24) as f64;
+
+/// The surface at a hit of [`closest_hits`](crate::closest_hits), which must not be a miss; panics on one.
+pub fn surface(scene: &SceneGeometry<'_>, ray: &Ray, hit: &Hit) -> SurfacePoint {
+    let instance = hit.instance as usize;
+    let to_world = &scene.object_to_world[instance];
+    let to_object = &scene.world_to_object[instance];
+    let local = to_object.ray(ray);
+    let point = local.origin.as_dvec3() + local.direction.as_dvec3() * hit.t as f64;
+    // The position is rounded when it is found, and again when it is moved.
+    let world_error = to_world.point_f64(point).abs() * (2.5 * HALF_ULP);
+    let rounding = absolute(to_object, world_error) + point.abs() * (2.0 * HALF_ULP);
+    let shape = scene.shapes[instance];
+    let found = with_shape!(scene.table, shape,
+        analytic => {
+            let bounds = analytic.bounds();
+            // Grazing directions are rounded too: one unit over the length of the shape.
+            let tilt = if bounds.min.is_finite() { bounds.reach() as f64 * (4.0 * HALF_ULP) } else { 0.0 };
+            let local = analytic.surface(point, hit.primitive, 4.0 * (rounding.max_element() + tilt));
+            Found { local, shading: local.normal, tilt }
+        },
+        mesh => on_triangle(&scene.table.meshes[mesh], hit, 4.0 * rounding.max_element())
+    );
+    place(to_world, to_object, &found, rounding)
+}
+
+/// A surface in object space, and what its intersection adds to the error along the normal.
+struct Found {
+    local: LocalSurface,
+    shading: DVec3,
+    tilt: f64,
+}
+
+/// Maps a surface to world space.
+fn place(to_world: &Affine, to_object: &Affine, found: &Found, rounding: DVec3) -> SurfacePoint {
+    let LocalSurface { point, normal, uv } = found.local;
+    // One of Newton's steps: rays see the shape through `to_object`, of which `to_world` is the inverse only to rounding.
+    let guess = to_world.point_f64(point);
+    let position = guess + to_world.vector_f64(point - to_object.point_f64(guess));
+    let outward = to_object.transposed_f64(normal);
+    let steepness = outward.length();
+    let geometric_normal = (outward / steepness).as_vec3();
+    let shading = to_object.transposed_f64(found.shading);
+    let shading_normal = shading.try_normalize().map_or(geometric_normal, |n| n.as_vec3());
+    let error = 2.0 * (normal.abs().dot(rounding) + found.tilt) / steepness;
+    SurfacePoint { position: position.as_vec3(), geometric_normal, shading_normal, uv, error: error as f32 }
+}
+
+/// The surface of a mesh at a hit.
+fn on_triangle(mesh: &TriangleMesh, hit: &Hit, margin: f64) -> Found {
+    let triangle = hit.primitive as usize;
+    let [a, b, c] = mesh.corners(triangle).map(|corner| corner.as_dvec3());
+    let cross = (b - a).cross(c - a);
+    let normal = cross.normalize_or(DVec3::Y);
+    let sides = [(c - b).length(), (a - c).length(), (b - a).length()];
+    let extent = sides[0].max(sides[1]).max(sides[2]);
+    // Shearing moves corners by up to ten units of the triangle's extent, tilting a grazing ray by four.
+    let tilt = extent * (14.0 * HALF_ULP);
+    let weights = [1.0 - hit.u as f64 - hit.v as f64, hit.u as f64, hit.v as f64];
+    // A side's distance from the opposite corner is area over length: keep the margin from each, up to half way to the middle.
+    let clear = sides.map(|side| ((margin + 4.0 * tilt) * side / cross.length()).min(1.0 / 6.0));
+    let weights: [f64; 3] = std::array::from_fn(|i| weights[i].max(clear[i]));
+    let sum = weights[0] + weights[1] + weights[2];
+    let weights = weights.map(|weight| weight / sum);
+    let corners = mesh.triangles[triangle].map(|vertex| vertex as usize);
+    let point = a * weights[0] + b * weights[1] + c * weights[2];
+    let mix = |column: &[Vec3]| (0..3).fold(DVec3::ZERO, |sum, i| sum + column[corners[i]].as_dvec3() * weights[i]);
+    let shading = if mesh.normals.is_empty() { normal } else { mix(&mesh.normals) };
+    let uv = if mesh.uvs.is_empty() {
+        Vec2::ZERO
+    } else {
+        (0..3).fold(Vec2::ZERO, |sum, i| sum + mesh.uvs[corners[i]] * weights[i] as f32)
+    };
+    Found { local: LocalSurface { point, normal, uv }, shading, tilt }
+}
+
+/// What a map makes of errors: its linear part with all signs positive.
+fn absolute(map: &Affine, error: DVec3) -> DVec3 {
+    let row =
+        |r: &[f32; 4]| (r[0] as f64).abs() * error.x + (r[1] as f64).abs() * error.y + (r[2] as f64).abs() * error.z;
+    DVec3::new(row(&map.rows[0]), row(&map.rows[1]), row(&map.rows[2]))
+}
+
+/// Where a ray starts that leaves a surface in a direction: on the direction's side of the surface, off it by
+/// [`SurfacePoint::error`].
+///
+/// So it does not meet the surface it leaves, unless the shape bends or folds into its way, and it does meet whatever else
+/// lies ahead.
+#[inline(always)]
+pub fn offset_origin(point: &SurfacePoint, direction: Vec3) -> Vec3 {
+    let normal = point.geometric_normal;
+    let side = if direction.dot(normal) < 0.0 { -normal } else { normal };
+    let offset = side * point.error;
+    let away = |position: f32, offset: f32| {
+        let moved = position + offset;
+        if offset > 0.0 {
+            moved.next_up()
+        } else if offset < 0.0 {
+            moved.next_down()
+        } else {
+            moved
+        }
+    };
+    let position = point.position;
+    Vec3::new(away(position.x, offset.x), away(position.y, offset.y), away(position.z, offset.z))
+}

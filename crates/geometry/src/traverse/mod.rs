@@ -1,0 +1,48 @@
+//! Traversal: many rays through the scene's trees.
+
+mod search;
+mod single;
+mod slabs;
+
+use brewster_lanes::{Level, dispatch};
+
+use crate::hit::{Hit, HitsViewMut};
+use crate::ray::Rays;
+use crate::scene::SceneGeometry;
+
+/// The nearest hit of every ray, or [`Hit::miss`]. Panics if there are fewer rows for hits than rays.
+///
+/// The hits do not depend on the level, the trees or the other rays.
+///
+/// Reads: the scene, rays. Writes: hits.
+pub fn closest_hits(scene: &SceneGeometry<'_>, level: Level, rays: Rays<'_>, mut hits: HitsViewMut<'_>) {
+    closest_single(level, scene, rays, hits.reborrow());
+}
+
+/// Whether every ray hits anything with 0 < t < `t_max`. Panics if there are fewer rows for that than rays.
+///
+/// Reads: the scene, rays, `t_max`. Writes: `out`.
+pub fn occluded(scene: &SceneGeometry<'_>, level: Level, rays: Rays<'_>, t_max: &[f32], out: &mut [bool]) {
+    occluded_single(level, scene, rays, t_max, out);
+}
+
+dispatch! {
+    fn closest_single<'a, 'b, 'c>(scene: &SceneGeometry<'a>, rays: Rays<'b>, hits: HitsViewMut<'c>) {
+        let mut hits = hits;
+        let mut stacks = single::Stacks::default();
+        for i in 0..rays.len() {
+            let mut nearest = search::Nearest(Hit::miss());
+            single::search(scene, &rays.get(i), &mut stacks, &mut nearest);
+            hits.set(i, nearest.0);
+        }
+    }
+
+    fn occluded_single<'a, 'b, 'c>(scene: &SceneGeometry<'a>, rays: Rays<'b>, t_max: &'c [f32], out: &'c mut [bool]) {
+        let mut stacks = single::Stacks::default();
+        for i in 0..rays.len() {
+            let mut any = search::Any { t_max: t_max[i], found: false };
+            single::search(scene, &rays.get(i), &mut stacks, &mut any);
+            out[i] = any.found;
+        }
+    }
+}

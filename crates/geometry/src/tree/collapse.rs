@@ -1,0 +1,227 @@
+//! From binary trees to wide ones: of all ways to collapse, the one with the least expected cost.
+//!
+//! A ray visits a node in proportion to its surface. Visiting a node costs one, visiting a leaf costs one (between 0.7 and 2
+//! the choice changes nothing). For every binary node, from the leaves up, the cheapest cost of its subtree as at most
+//! 1, 2, … 7 wide subtrees follows from its children's: Wald, Benthin, Boulos, "Getting Rid of Packets" (2008), made exact by
+//! dynamic programming as in Ylitie, Karras, Laine (HPG 2017).
+
+use super::binary::Binary;
+use super::node::{LEAF, Node};
+use crate::aabb::Aabb;
+
+/// Nodes of a wide tree; the root is the first.
+pub(crate) struct Wide {
+    pub(crate) nodes: Vec<Node>,
+    /// Entries that the deepest traversal keeps on its stack.
+    pub(crate) stack: usize,
+}
+
+/// What leaves are made of.
+pub(crate) trait Leaves {
+    /// Most items in a leaf.
+    const MOST: usize;
+    /// The box of an item.
+    fn bounds(&self, item: u32) -> Aabb;
+    /// Whether these items, two or more, may share a leaf.
+    fn fits(&self, items: &[u32]) -> bool;
+    /// Makes the next leaf and gives its number.
+    fn make(&mut self, items: &[u32]) -> u32;
+}
+
+/// For every binary node: the cost of its subtree as at most 1 to 7 wide subtrees, and whether it becomes one leaf.
+struct Plan<'a, L> {
+    binary: &'a Binary,
+    leaves: &'a mut L,
+    cost: Vec<[f32; 7]>,
+    /// The number of items; 0 if the node does not become a leaf.
+    leaf: Vec<u8>,
+}
+
+/// Collapses a binary tree.
+pub(crate) fn collapse(binary: &Binary, leaves: &mut impl Leaves) -> Wide {
+    let nodes = binary.nodes.len();
+    let mut plan = Plan { binary, leaves, cost: vec![[0.0; 7]; nodes], leaf: vec![0; nodes] };
+    plan.price();
+    plan.emit()
+}
+
+/// The tree over nothing.
+pub(crate) fn nothing() -> Wide {
+    Wide { nodes: vec![Node::EMPTY], stack: 1 }
+}
+
+impl<L: Leaves> Plan<'_, L> {
+    fn is_leaf(&self, reference: u32) -> bool {
+        reference & LEAF != 0 || self.leaf[reference as usize] != 0
+    }
+
+    /// The cost of a subtree as at most `places` wide ones.
+    fn cost(&self, reference: u32, places: usize) -> f32 {
+        if reference & LEAF != 0 {
+            self.leaves.bounds(reference & !LEAF).half_area()
+        } else {
+            self.cost[reference as usize][places - 1]
+        }
+    }
+
+    /// The cheapest way to share places between the children of a node: the cost, and the first child's share.
+    fn share(&self, node: u32, places: usize) -> (f32, usize) {
+        let [a, b] = self.binary.nodes[node as usize].children;
+        let mut best = (f32::INFINITY, 1);
+        for first in places.saturating_sub(7).max(1)..places.min(8) {
+            let cost = self.cost(a, first) + self.cost(b, places - first);
+            if cost < best.0 {
+                best = (cost, first);
+            }
+        }
+        best
+    }
+
+    fn price(&mut self) {
+        let mut items = Vec::with_capacity(8);
+        let mut count = vec![0u8; self.binary.nodes.len()];
+        for node in (0..self.binary.nodes.len()).rev() {
+            let half_area = self.binary.nodes[node].half_area;
+            let below = |child: u32| if child & LEAF != 0 { 1 } else { count[child as usize] as usize };
+            let [a, b] = self.binary.nodes[node].children.map(below);
+            count[node] = (a + b).min(255) as u8;
+            let mut fits = a + b <= L::MOST;
+            if fits {
+                self.gather(node as u32, &mut items);
+                fits = self.leaves.fits(&items);
+            }
+            let shares: [f32; 9] = std::array::from_fn(|places| match places {
+                0 | 1 => f32::INFINITY,
+                _ => self.share(node as u32, places).0,
+            });
+            let inner = half_area + shares.into_iter().fold(f32::INFINITY, f32::min);
+            let leaf = if fits { half_area } else { f32::INFINITY };
+            if leaf <= inner {
+                self.leaf[node] = count[node];
+            }
+            let mut cost = [leaf.min(inner); 7];
+            for places in 2..8 {
+                cost[places - 1] = cost[places - 2].min(shares[places]);
+            }
+            self.cost[node] = cost;
+        }
+    }
+
+    /// The items below a reference, in order.
+    fn gather(&self, reference: u32, items: &mut Vec<u32>) {
+        items.clear();
+        let mut todo = vec![reference];
+        while let Some(reference) = todo.pop() {
+            if reference & LEAF != 0 {
+                items.push(reference & !LEAF);
+            } else {
+                let [a, b] = self.binary.nodes[reference as usize].children;
+                todo.extend([b, a]);
+            }
+        }
+    }
+
+    /// The wide children of a node, inner ones first.
+    fn children(&self, node: u32, children: &mut Vec<u32>) {
+        children.clear();
+        let cheapest = (2..=8).fold((f32::INFINITY, 2), |best, places| {
+            let (cost, _) = self.share(node, places);
+            if cost < best.0 { (cost, places) } else { best }
+        });
+        let mut todo = vec![(node, cheapest.1, true)];
+        while let Some((reference, mut places, open)) = todo.pop() {
+            while !open && places > 1 && self.cost(reference, places) >= self.cost(reference, places - 1) {
+                places -= 1;
+            }
+            if reference & LEAF != 0 || !open && places == 1 {
+                children.push(reference);
+                continue;
+            }
+            let (_, first) = self.share(reference, places);
+            let [a, b] = self.binary.nodes[reference as usize].children;
+            todo.extend([(b, places - first, false), (a, first, false)]);
+        }
+        children.sort_by_key(|&child| self.is_leaf(child));
+    }
+
+    /// Writes the nodes: children of a node are neighbors, and whole subtrees follow one another.
+    fn emit(&mut self) -> Wide {
+        let mut nodes = vec![Node::EMPTY];
+        let (mut children, mut items) = (Vec::with_capacity(8), Vec::with_capacity(8));
+        let mut todo = vec![(self.binary.root, 0usize)];
+        while let Some((reference, here)) = todo.pop() {
+            // Only a root can be a leaf here.
+            if self.is_leaf(reference) {
+                children.clear();
+                children.push(reference);
+            } else {
+                self.children(reference, &mut children);
+            }
+            let first = nodes.len();
+            for (place, &child) in children.iter().enumerate() {
+                nodes[here].children[place] = if self.is_leaf(child) {
+                    self.gather(child, &mut items);
+                    let bounds = items.iter().fold(Aabb::EMPTY, |all, &item| all.union(&self.leaves.bounds(item)));
+                    nodes[here].set_bounds(place, &bounds);
+                    LEAF | self.leaves.make(&items)
+                } else {
+                    nodes.push(Node { parent: (here << 3 | place) as u32, ..Node::EMPTY });
+                    (nodes.len() - 1) as u32
+                };
+            }
+            nodes[here].count = children.len() as u32;
+            let inner = nodes.len() - first;
+            todo.extend((0..inner).rev().map(|i| (children[i], first + i)));
+        }
+        for node in (1..nodes.len()).rev() {
+            let (parent, place) = (nodes[node].parent as usize >> 3, nodes[node].parent as usize & 7);
+            let bounds = nodes[node].union();
+            nodes[parent].set_bounds(place, &bounds);
+        }
+        let stack = stack_of(&nodes);
+        Wide { nodes, stack }
+    }
+}
+
+/// Entries that the deepest traversal keeps: a node leaves all its children but one behind.
+fn stack_of(nodes: &[Node]) -> usize {
+    let mut below = vec![1usize; nodes.len()];
+    for node in (0..nodes.len()).rev() {
+        below[node] = below[node].max(nodes[node].count as usize);
+        if node > 0 {
+            let parent = nodes[node].parent as usize >> 3;
+            let through = nodes[parent].count as usize - 1 + below[node];
+            below[parent] = below[parent].max(through);
+        }
+    }
+    below[0]
+}
+
+/// Checks what every wide tree promises; returns the first broken promise.
+pub(crate) fn validate(nodes: &[Node], stack: usize) -> Result<(), String> {
+    for (index, node) in nodes.iter().enumerate() {
+        for place in 0..8 {
+            let bounds = node.bounds(place);
+            if place >= node.count as usize {
+                if !bounds.is_empty() {
+                    return Err(format!("node {index}: place {place} is not used, but has a box"));
+                }
+                continue;
+            }
+            let child = node.children[place];
+            if child & LEAF != 0 {
+                continue;
+            }
+            let Some(inner) = nodes.get(child as usize).filter(|_| child as usize > index) else {
+                return Err(format!("node {index}: child {child} is not behind it"));
+            };
+            if inner.parent as usize != index << 3 | place {
+                return Err(format!("node {child} does not know its parent {index}"));
+            }
+            if !bounds.contains(&inner.union()) {
+                return Err(format!("node {index}: the box of child {child} does not hold it"));
+            }
+        }
+    }
+    if stack_of(nodes) > stack { Err("the stack is too small".to_string()) } else { Ok(()) }
+}

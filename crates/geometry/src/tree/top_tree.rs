@@ -1,0 +1,307 @@
+//! The tree over all instances.
+
+use super::binary::Binary;
+use super::collapse::{Leaves, collapse, nothing, validate};
+use super::mesh_tree::MeshTree;
+use super::node::{LEAF, Node};
+use crate::aabb::Aabb;
+use crate::shape::{Analytic, LARGEST_LENGTH, SLACK, ShapeKind, ShapeRef, ShapeTable, with_shape};
+use crate::transform::{Affine, bounds_f64};
+
+/// What a top tree is built over, borrowed.
+#[derive(Clone, Copy, Debug)]
+pub struct Instances<'a> {
+    /// From world space to the space of each instance's shape.
+    pub world_to_object: &'a [Affine],
+    /// The shape of each instance.
+    pub shapes: &'a [ShapeRef],
+    /// The shapes.
+    pub table: &'a ShapeTable,
+    /// The trees of `table.meshes`, in the same order.
+    pub mesh_trees: &'a [MeshTree],
+}
+
+/// Why a top tree cannot be built.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TreeError {
+    /// Columns differ in length, or there are more than 2²⁸ instances.
+    BadLengths,
+    /// An instance names a shape that the table, or the list of mesh trees, does not have.
+    NoSuchShape {
+        /// The instance.
+        instance: u32,
+    },
+    /// An instance lies beyond 10¹⁵ m, or its transform has no inverse.
+    OutOfRange {
+        /// The instance.
+        instance: u32,
+    },
+}
+
+impl std::fmt::Display for TreeError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            TreeError::BadLengths => f.write_str("columns of instances differ in length or are too long"),
+            TreeError::NoSuchShape { instance } => write!(f, "instance {instance} names a shape that does not exist"),
+            TreeError::OutOfRange { instance } => write!(f, "instance {instance} lies beyond 1e15 m or is flattened"),
+        }
+    }
+}
+
+impl std::error::Error for TreeError {}
+
+/// References to instances need three more bits, see [`Node::parent`].
+const MOST_INSTANCES: usize = 1 << 28;
+
+/// Stands in `places` for an instance that is not in the tree.
+const NOWHERE: u32 = u32::MAX;
+
+/// A tree over the world bounds of all instances that have an end. Planes are not in it; [`Instances::planes`] lists them.
+///
+/// One writer builds and refits, any number of threads read. It goes stale when an instance is added, removed or given another
+/// shape (build anew) or moved (refit). Memory: about 45 bytes an instance.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TopTree {
+    pub(crate) nodes: Vec<Node>,
+    /// The place of each instance: `node << 3 | place`, or [`NOWHERE`].
+    places: Vec<u32>,
+    pub(crate) stack: usize,
+    /// Largest absolute coordinate of any box since the tree was built.
+    pub(crate) reach: f32,
+    /// Boxes are grown for rays that start no farther out than this.
+    starts: f32,
+    /// The largest [`Placed::distortion`] since the tree was built.
+    distortion: f32,
+}
+
+impl Default for TopTree {
+    /// The tree over no instances.
+    fn default() -> TopTree {
+        let wide = nothing();
+        TopTree { nodes: wide.nodes, places: Vec::new(), stack: wide.stack, reach: 0.0, starts: 0.0, distortion: 0.0 }
+    }
+}
+
+impl Instances<'_> {
+    /// The number of instances.
+    pub fn len(&self) -> usize {
+        self.shapes.len()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.shapes.is_empty()
+    }
+
+    /// The instances that are planes without end, in order: they are tested beside the tree.
+    pub fn planes(&self) -> Vec<u32> {
+        (0..self.len() as u32).filter(|&instance| self.shapes[instance as usize].kind == ShapeKind::Plane).collect()
+    }
+
+    fn check(&self) -> Result<(), TreeError> {
+        if self.world_to_object.len() != self.shapes.len()
+            || self.mesh_trees.len() != self.table.meshes.len()
+            || self.len() > MOST_INSTANCES
+        {
+            return Err(TreeError::BadLengths);
+        }
+        let missing = |shape: &ShapeRef| shape.row as usize >= self.table.len(shape.kind);
+        match self.shapes.iter().position(missing) {
+            Some(instance) => Err(TreeError::NoSuchShape { instance: instance as u32 }),
+            None => Ok(()),
+        }
+    }
+
+    /// Where an instance is; `None` for a plane, and for a mesh without area.
+    fn place(&self, instance: u32) -> Result<Option<Placed>, TreeError> {
+        let shape = self.shapes[instance as usize];
+        let local =
+            with_shape!(self.table, shape, analytic => analytic.bounds(), mesh => *self.mesh_trees[mesh].bounds());
+        if shape.kind == ShapeKind::Plane || local.is_empty() {
+            return Ok(None);
+        }
+        let map = self.world_to_object[instance as usize];
+        let out_of_range = TreeError::OutOfRange { instance };
+        // The inverse in f64 of what rays are mapped by: the box stands where rays see the shape.
+        let (linear, translation) = map.inverse_f64().ok_or(out_of_range)?;
+        let aabb = bounds_f64(&linear, translation, &local);
+        if aabb.is_empty() || aabb.reach() > LARGEST_LENGTH {
+            return Err(out_of_range);
+        }
+        let rows = |m: glam::DMat3| [m.row(0), m.row(1), m.row(2)].map(|r| r.abs());
+        let (outward, inward) = (rows(linear), rows(map.to_f64().0));
+        let sum = |r: glam::DVec3| r.x + r.y + r.z;
+        let stretch = outward.map(sum).into_iter().fold(0.0, f64::max);
+        let both = |r: glam::DVec3| sum(inward[0] * r.x + inward[1] * r.y + inward[2] * r.z);
+        let distortion = outward.map(both).into_iter().fold(0.0, f64::max);
+        let fixed = stretch * local.reach() as f64 + distortion * translation.abs().max_element();
+        Ok(Some(Placed { aabb, fixed: fixed as f32, distortion: distortion as f32 }))
+    }
+}
+
+/// The world bounds of an instance, and by how much hits may lie outside.
+///
+/// A ray is rounded when it is mapped to object space (one unit for its origin, one for its direction), and hits lie in the
+/// object's box but for ten units ([`SLACK`]), all relative to the object's reach and the origin's distance there. A unit of
+/// object space is at most `stretch` in world space. With W and M the linear parts of both maps and w the translation, the
+/// origin is |M|·(|o| + |w|) away in object space, and |W|·|M| is the distortion: 1 for moves, at most 3 with rotations.
+struct Placed {
+    aabb: Aabb,
+    /// What does not depend on the ray: stretch·reach + distortion·|w|.
+    fixed: f32,
+    distortion: f32,
+}
+
+/// [`SLACK`], two units for mapping the ray, one for arithmetic.
+const INSTANCE_SLACK: f32 = SLACK as f32 * 1.3;
+
+impl Placed {
+    fn padded(&self, starts: f32) -> Aabb {
+        self.aabb.padded(INSTANCE_SLACK * (self.fixed + self.distortion * starts))
+    }
+}
+
+impl TopTree {
+    /// Builds a tree. The result does not depend on the number of threads.
+    pub fn build(instances: &Instances<'_>) -> Result<TopTree, TreeError> {
+        instances.check()?;
+        let mut placed = Vec::with_capacity(instances.len());
+        let mut items = Vec::with_capacity(instances.len());
+        for instance in 0..instances.len() as u32 {
+            if let Some(place) = instances.place(instance)? {
+                placed.push(place);
+                items.push(instance);
+            }
+        }
+        let starts = placed.iter().fold(0.0, |reach: f32, place| reach.max(place.aabb.reach()));
+        let distortion = placed.iter().fold(0.0, |most: f32, place| most.max(place.distortion));
+        let boxes: Vec<Aabb> = placed.iter().map(|place| place.padded(starts)).collect();
+        let reach = boxes.iter().fold(0.0, |reach: f32, aabb| reach.max(aabb.reach()));
+        let mut placing = Placing { boxes: &boxes, items: &items };
+        let wide = if boxes.is_empty() { nothing() } else { collapse(&Binary::build(&boxes), &mut placing) };
+        let mut places = vec![NOWHERE; instances.len()];
+        for (index, node) in wide.nodes.iter().enumerate() {
+            for (place, child) in node.children[..node.count as usize].iter().enumerate() {
+                if child & LEAF != 0 {
+                    places[(child & !LEAF) as usize] = (index << 3 | place) as u32;
+                }
+            }
+        }
+        Ok(TopTree { nodes: wide.nodes, places, stack: wide.stack, reach, starts, distortion })
+    }
+
+    /// Adapts the boxes to instances that moved. Costs the depth of the tree for each; boxes may overlap more than those of a
+    /// new tree, hits are the same.
+    ///
+    /// The instances are as many and have the same shapes as when the tree was built. An error leaves the tree as it was.
+    pub fn refit(&mut self, instances: &Instances<'_>, moved: &[u32]) -> Result<(), TreeError> {
+        instances.check()?;
+        if self.places.len() != instances.len() {
+            return Err(TreeError::BadLengths);
+        }
+        let mut placed = Vec::with_capacity(moved.len());
+        for &instance in moved {
+            if instance as usize >= instances.len() {
+                return Err(TreeError::NoSuchShape { instance });
+            }
+            placed.push(instances.place(instance)?);
+        }
+        for (&instance, place) in moved.iter().zip(&placed) {
+            let at = self.places[instance as usize];
+            let (Some(place), true) = (place, at != NOWHERE) else { continue };
+            let aabb = place.padded(self.starts);
+            self.reach = self.reach.max(aabb.reach());
+            self.distortion = self.distortion.max(place.distortion);
+            self.set_bounds(at, &aabb);
+        }
+        Ok(())
+    }
+
+    /// Gives a place another box, and its ancestors those that follow.
+    fn set_bounds(&mut self, mut at: u32, aabb: &Aabb) {
+        let mut aabb = *aabb;
+        loop {
+            let (node, place) = (at as usize >> 3, at as usize & 7);
+            self.nodes[node].set_bounds(place, &aabb);
+            if node == 0 {
+                return;
+            }
+            aabb = self.nodes[node].union();
+            at = self.nodes[node].parent;
+        }
+    }
+
+    /// The box around all instances that have an end, and a little more.
+    pub fn bounds(&self) -> Aabb {
+        self.nodes[0].union()
+    }
+
+    /// The number of instances it was built over, planes included.
+    pub fn len(&self) -> usize {
+        self.places.len()
+    }
+
+    /// Whether it was built over no instances.
+    pub fn is_empty(&self) -> bool {
+        self.places.is_empty()
+    }
+
+    /// Memory of the tree.
+    pub fn bytes(&self) -> usize {
+        size_of_val(&*self.nodes) + size_of_val(&*self.places)
+    }
+
+    /// By how much box tests have to be generous to a ray that starts there, beyond what [`Placed::padded`] does.
+    #[inline(always)]
+    pub(crate) fn slack(&self, start: f32) -> f32 {
+        INSTANCE_SLACK * self.distortion * (start - self.starts).max(0.0)
+    }
+
+    /// Checks what the tree promises: every instance with an end is in it once, every box holds what is in it.
+    pub fn validate(&self, instances: &Instances<'_>) -> Result<(), String> {
+        instances.check().map_err(|error| error.to_string())?;
+        validate(&self.nodes, self.stack)?;
+        if self.places.len() != instances.len() {
+            return Err(format!("{} instances in a tree over {}", instances.len(), self.places.len()));
+        }
+        let mut leaves = 0;
+        for node in &self.nodes {
+            leaves += node.children[..node.count as usize].iter().filter(|&child| child & LEAF != 0).count();
+        }
+        for (instance, &at) in self.places.iter().enumerate() {
+            let placed = instances.place(instance as u32).map_err(|error| error.to_string())?;
+            let Some(placed) = placed else { continue };
+            let (node, place) = (at as usize >> 3, at as usize & 7);
+            let Some(node) = self.nodes.get(node).filter(|node| node.children[place] == LEAF | instance as u32) else {
+                return Err(format!("instance {instance} is not where it should be"));
+            };
+            if !node.bounds(place).contains(&placed.padded(self.starts)) {
+                return Err(format!("instance {instance} is outside its box"));
+            }
+            leaves -= 1;
+        }
+        if leaves == 0 { Ok(()) } else { Err(format!("{leaves} leaves too many")) }
+    }
+}
+
+/// Instances on their way into leaves, one in each.
+struct Placing<'a> {
+    boxes: &'a [Aabb],
+    items: &'a [u32],
+}
+
+impl Leaves for Placing<'_> {
+    const MOST: usize = 1;
+
+    fn bounds(&self, item: u32) -> Aabb {
+        self.boxes[item as usize]
+    }
+
+    fn fits(&self, _items: &[u32]) -> bool {
+        false
+    }
+
+    fn make(&mut self, items: &[u32]) -> u32 {
+        self.items[items[0] as usize]
+    }
+}
