@@ -8,12 +8,16 @@
 mod aov;
 mod error;
 mod film;
+mod filter;
 mod image;
 mod merge;
 mod order;
+mod tonemap;
 
 pub use aov::{Layers, LayersColumns, LayersRow, LayersView, LayersViewMut};
 pub use error::FilmError;
 pub use film::{DEPTH_SCALE, Film, FilmTile, FirstHit, NO_ID, Pixel, PixelColumns, PixelView, PixelViewMut, SCALE};
+pub use filter::{Filter, FilterSampler};
 pub use image::LinearImage;
 pub use order::{MAX_PIXELS, MAX_SIDE, PixelOrder, TILE, Window};
+pub use tonemap::{Display, ToneMap, srgb_decode, srgb_encode};
