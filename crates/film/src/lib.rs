@@ -1,23 +1,57 @@
-//! Samples to pixels to files.
+//! Samples to pixels to files. The film knows neither scenes nor rays.
 //!
-//! - [`Film`] holds integer sums per pixel; [`FilmTile`] is a thread's exclusive part of it, to which contributions are
-//!   added in any order with the same bits as the result.
-//! - [`Layers`] is what the sums mean: color, alpha, depth, normals, ids and counts.
-//! - [`LinearImage`] is a picture in linear light, to be tone-mapped, written, read back and compared.
+//! - [`Film`] holds integer sums per pixel; a [`FilmTile`] is one thread's part of it. Contributions may come in any order
+//!   and films may be merged in any way: the bits are the same.
+//! - [`PixelOrder`] says which pixel comes when; [`FilterSampler`] says where around its pixel a sample lies.
+//! - [`Layers`] are what the sums mean: color, alpha, depth, normals, ids and counts.
+//! - [`LinearImage`] is a picture in linear light, which a [`Display`] shows, [`write_picture`] writes and [`read_image`]
+//!   reads back.
+//!
+//! ```
+//! use brewster_film::{Film, FilmError, Metadata, PixelOrder, PngSettings, read_image, write_picture};
+//!
+//! # fn main() -> Result<(), FilmError> {
+//! let mut film = Film::new(PixelOrder::new(2, 2, None)?);
+//! for mut tile in film.tiles_mut(2) {
+//!     // A worker's part: here two pixels, each of which gets two samples.
+//!     for local in 0..tile.len() as u32 {
+//!         let (x, y) = tile.pixel(local);
+//!         tile.add_sample(local);
+//!         tile.add(local, [x as f32, y as f32, 0.0]);
+//!         tile.add_sample(local);
+//!         tile.add(local, [x as f32, y as f32, 1.0]);
+//!     }
+//! }
+//! let layers = film.resolve();
+//! assert_eq!(layers.image().color, [[0.0, 0.0, 0.5], [1.0, 0.0, 0.5], [0.0, 1.0, 0.5], [1.0, 1.0, 0.5]]);
+//!
+//! # let folder = tempfile::tempdir().unwrap();
+//! let path = folder.path().join("picture.png");
+//! write_picture(&path, &layers, &PngSettings::default(), &Metadata::default())?;
+//! assert_eq!(read_image(&path)?.width, 2);
+//! # Ok(())
+//! # }
+//! ```
 
 mod aov;
+mod atomic;
+mod decode;
+mod encode;
 mod error;
 mod film;
 mod filter;
-mod image;
+mod linear_image;
 mod merge;
 mod order;
 mod tonemap;
 
 pub use aov::{Layers, LayersColumns, LayersRow, LayersView, LayersViewMut};
+pub use atomic::write_atomically;
+pub use decode::read_image;
+pub use encode::{Format, Metadata, PngAlpha, PngDepth, PngSettings, write_exr, write_hdr, write_picture, write_png};
 pub use error::FilmError;
 pub use film::{DEPTH_SCALE, Film, FilmTile, FirstHit, NO_ID, Pixel, PixelColumns, PixelView, PixelViewMut, SCALE};
 pub use filter::{Filter, FilterSampler};
-pub use image::LinearImage;
+pub use linear_image::LinearImage;
 pub use order::{MAX_PIXELS, MAX_SIDE, PixelOrder, TILE, Window};
 pub use tonemap::{Display, ToneMap, srgb_decode, srgb_encode};
