@@ -6,6 +6,7 @@
 //! - [`Layers`] are what the sums mean: color, alpha, depth, normals, ids and counts.
 //! - [`LinearImage`] is a picture in linear light, which a [`Display`] shows, [`write_picture`] writes and [`read_image`]
 //!   reads back.
+//! - [`compare()`] and [`flip()`] say how much two pictures differ, in figures and to an observer.
 //!
 //! ```
 //! use brewster_film::{Film, FilmError, Metadata, PixelOrder, PngSettings, read_image, write_picture};
@@ -35,11 +36,13 @@
 
 mod aov;
 mod atomic;
+mod compare;
 mod decode;
 mod encode;
 mod error;
 mod film;
 mod filter;
+mod flip;
 mod linear_image;
 mod merge;
 mod order;
@@ -47,11 +50,13 @@ mod tonemap;
 
 pub use aov::{Layers, LayersColumns, LayersRow, LayersView, LayersViewMut};
 pub use atomic::write_atomically;
+pub use compare::{Difference, compare, difference_map, map_picture};
 pub use decode::read_image;
 pub use encode::{Format, Metadata, PngAlpha, PngDepth, PngSettings, write_exr, write_hdr, write_picture, write_png};
 pub use error::FilmError;
 pub use film::{DEPTH_SCALE, Film, FilmTile, FirstHit, NO_ID, Pixel, PixelColumns, PixelView, PixelViewMut, SCALE};
 pub use filter::{Filter, FilterSampler};
+pub use flip::{Flip, PIXELS_PER_DEGREE, flip};
 pub use linear_image::LinearImage;
 pub use order::{MAX_PIXELS, MAX_SIDE, PixelOrder, TILE, Window};
 pub use tonemap::{Display, ToneMap, srgb_decode, srgb_encode};

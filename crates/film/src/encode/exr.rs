@@ -21,7 +21,8 @@ use crate::{FilmError, Layers, write_atomically};
 /// | `rays.count` `samples.count` | u32 | |
 ///
 /// The display window is the picture, the data window the crop window. The attributes `software` (the version),
-/// `brewster.settings` and `brewster.sceneHash` hold the metadata in UTF-8. Compression is lossless (ZIP).
+/// `brewster.settings` and `brewster.sceneHash` hold the metadata in UTF-8. Compression is lossless (ZIP) and uses every
+/// core.
 ///
 /// # Errors
 ///
@@ -42,9 +43,7 @@ pub fn write_exr(path: &Path, layers: &Layers, metadata: &Metadata) -> Result<()
         Encoding { compression: Compression::ZIP16, line_order: LineOrder::Increasing, ..Encoding::default() };
     let layer = Layer::new(size, attributes, encoding, channels(layers));
     let image = Image::empty(shared).with_layer(layer);
-    write_atomically(path, |file| {
-        image.write().non_parallel().to_buffered(file).map_err(|error| codec_error(path, error))
-    })
+    write_atomically(path, |file| image.write().to_buffered(file).map_err(|error| codec_error(path, error)))
 }
 
 fn channels(layers: &Layers) -> AnyChannels<FlatSamples> {
@@ -75,8 +74,8 @@ mod tests {
     use crate::{Film, FirstHit, NO_ID, PixelOrder, Window, read_image};
 
     fn layers() -> Layers {
-        let window = Window { x: 3, y: 1, width: 21, height: 10 };
-        let mut film = Film::new(PixelOrder::new(30, 20, Some(window)).unwrap());
+        let window = Window { x: 3, y: 1, width: 21, height: 50 };
+        let mut film = Film::new(PixelOrder::new(30, 60, Some(window)).unwrap());
         let mut tile = film.tile_mut();
         for local in 0..tile.len() as u32 {
             let (x, y) = tile.pixel(local);
@@ -107,8 +106,8 @@ mod tests {
 
         let image = exr::prelude::read_first_flat_layer_from_file(&path).unwrap();
         let layer = &image.layer_data;
-        assert_eq!(image.attributes.display_window, IntegerBounds::from_dimensions((30, 20)));
-        assert_eq!((layer.attributes.layer_position, layer.size), (Vec2(3, 1), Vec2(21, 10)));
+        assert_eq!(image.attributes.display_window, IntegerBounds::from_dimensions((30, 60)));
+        assert_eq!((layer.attributes.layer_position, layer.size), (Vec2(3, 1), Vec2(21, 50)));
         assert_eq!(layer.attributes.software_name, Some(Text::from("brewster 1")));
         let attribute = |name: &str| match &layer.attributes.other[&Text::from(name)] {
             AttributeValue::Text(text) => text.as_slice(),
@@ -130,7 +129,7 @@ mod tests {
             _ => panic!("{name} is not u32"),
         };
         assert_eq!(layer.channel_data.list.len(), 12);
-        for index in 0..210 {
+        for index in 0..21 * 50 {
             let (x, y) = (3 + index as u32 % 21, 1 + index as u32 / 21);
             assert_eq!(["R", "G", "B"].map(|name| float(name, index)), [x as f32, y as f32, 1000.0]);
             let hit = x.is_multiple_of(2);
