@@ -11,7 +11,7 @@ columns! {
         pub color: [f32; 3],
         /// The part of the samples whose camera ray hit something, 0 to 1.
         pub alpha: f32,
-        /// Mean distance of the hits from the camera in meters; infinite without hits.
+        /// Mean depth of the hits from the camera in meters; infinite without hits.
         pub depth: f32,
         /// Mean world-space normal of the hits, of length 1 or less; zero without hits.
         pub normal: [f32; 3],

@@ -22,7 +22,7 @@ columns! {
         pub samples: u32,
         /// Samples whose camera ray hit something; hits / samples is alpha.
         pub hits: u32,
-        /// Sum over the hits of the distance from the camera, in units of 1 / [`DEPTH_SCALE`] m; never negative.
+        /// Sum over the hits of the depth from the camera, in units of 1 / [`DEPTH_SCALE`] m; never negative.
         pub depth: i64,
         /// Sums over the hits of the world-space normal, in units of 1 / [`SCALE`].
         pub normal: [i64; 3],
@@ -55,7 +55,7 @@ impl Pixel {
 /// What a camera ray hit first.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FirstHit {
-    /// Distance from the ray's origin in meters; finite and >= 0.
+    /// Depth from the camera in meters, measured as the tracer sees fit; finite and >= 0.
     pub depth: f32,
     /// Unit normal in world space.
     pub normal: [f32; 3],

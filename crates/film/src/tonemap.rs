@@ -5,7 +5,7 @@ use brewster_lanes::math;
 /// How radiance becomes what a display shows.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Display {
-    /// Exposure in stops: radiance is multiplied by 2^exposure first. Any finite number.
+    /// Exposure in stops: radiance is multiplied by 2^exposure first.
     pub exposure: f32,
     /// The curve that follows.
     pub tone_map: ToneMap,
@@ -16,7 +16,8 @@ impl Display {
     ///
     /// Negative components and NaN show as 0, infinite ones as the curve's end.
     pub fn encode(&self, color: [f32; 3]) -> [f32; 3] {
-        let gain = math::exp2(self.exposure);
+        // Finite, so that black stays black.
+        let gain = math::exp2(self.exposure).min(f32::MAX);
         self.tone_map.encode(color.map(|value| value.max(0.0) * gain))
     }
 }
@@ -215,9 +216,8 @@ mod tests {
             }
             assert!(last > 0.99, "{tone_map:?}: {last}");
             for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, f32::MAX, -1.0] {
-                let display = Display { exposure: 3.0, tone_map };
-                for color in [[bad; 3], [bad, 0.5, 0.0], [0.0, 0.5, bad]] {
-                    let encoded = display.encode(color);
+                for (exposure, color) in [(3.0, [bad; 3]), (-3.0, [bad, 0.5, 0.0]), (1e9, [0.0, 0.5, bad])] {
+                    let encoded = Display { exposure, tone_map }.encode(color);
                     assert!(
                         encoded.iter().all(|value| (0.0..=1.0).contains(value)),
                         "{tone_map:?} {color:?} {encoded:?}"
@@ -225,6 +225,11 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn black_stays_black() {
+        assert_eq!(Display { exposure: 1e9, tone_map: ToneMap::Srgb }.encode([0.0, f32::NAN, -1.0]), [0.0; 3]);
     }
 
     #[test]
