@@ -55,21 +55,23 @@ impl Analytic for Cone {
         })
     }
 
-    fn surface(&self, point: DVec3, face: u32, margin: f64) -> LocalSurface {
+    fn surface(&self, point: DVec3, face: u32, margin: DVec3) -> LocalSurface {
         let (radius, height) = (self.radius as f64, self.height as f64);
         let around = DVec2::new(point.x, point.z);
+        let outward = around.normalize_or(DVec2::X);
+        // The margin in units of the side: near the rim of a flat cone the inside is thin.
+        let clear = outward.abs().dot(DVec2::new(margin.x, margin.z)) / radius + margin.y / height;
         if face == 1 {
-            let at = around.clamp_length_max((radius - margin).max(0.5 * radius));
+            let at = around.clamp_length_max(radius * (1.0 - clear).max(0.5));
             let point = DVec3::new(at.x, -0.5 * height, at.y);
             return LocalSurface { point, normal: DVec3::NEG_Y, uv: disk_uv(at, self.radius) };
         }
         // Along the side from the apex (0) to the base (1); at least so far that the cone is wider than the margin.
         let slant = (radius * radius + height * height).sqrt();
-        let outward = around.normalize_or(DVec2::X);
         let across = around.dot(outward);
         let along = (across * radius + (0.5 * height - point.y) * height) / (slant * slant);
-        let clear = 2.0 * margin * slant / (radius * height);
-        let along = along.min(1.0 - clear).max(clear).clamp(0.0, 1.0);
+        let clear = (2.0 * clear).min(0.5);
+        let along = along.clamp(clear, 1.0 - clear);
         let at = outward * (along * radius);
         let normal = DVec3::new(outward.x * height, radius, outward.y * height) / slant;
         LocalSurface {
@@ -110,7 +112,7 @@ mod tests {
     #[test]
     fn normals_stand_on_the_side() {
         let cone = Cone { radius: 3.0, height: 4.0 };
-        let surface = cone.surface(DVec3::new(1.5, 0.0, 0.0), 0, 0.0);
+        let surface = cone.surface(DVec3::new(1.5, 0.0, 0.0), 0, DVec3::ZERO);
         assert!((surface.normal - DVec3::new(0.8, 0.6, 0.0)).length() < 1e-12);
         assert!((surface.point - DVec3::new(1.5, 0.0, 0.0)).length() < 1e-12);
         assert_eq!(surface.uv, Vec2::new(0.5, 0.5));

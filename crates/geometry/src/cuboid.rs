@@ -41,7 +41,7 @@ impl Analytic for Cuboid {
         chord.nearest(0.0)
     }
 
-    fn surface(&self, point: DVec3, face: u32, margin: f64) -> LocalSurface {
+    fn surface(&self, point: DVec3, face: u32, margin: DVec3) -> LocalSurface {
         let (axis, sign) = (face as usize / 2, if face & 1 == 1 { 1.0 } else { -1.0 });
         let half = self.half.as_dvec3();
         let clear = (half - margin).max(half * 0.5);
@@ -81,12 +81,12 @@ mod tests {
     fn textures_are_not_mirrored() {
         let cuboid = Cuboid { half: Vec3::new(1.0, 2.0, 3.0) };
         for face in 0..6 {
-            let at = cuboid.surface(DVec3::ZERO, face, 0.0);
+            let at = cuboid.surface(DVec3::ZERO, face, DVec3::ZERO);
             assert_eq!(at.uv, Vec2::splat(0.5));
             let slope = |axis: usize| {
                 let mut step = DVec3::ZERO;
                 step[axis] = 0.25;
-                (cuboid.surface(step, face, 0.0).uv - at.uv).as_dvec2()
+                (cuboid.surface(step, face, DVec3::ZERO).uv - at.uv).as_dvec2()
             };
             let slopes = [slope(0), slope(1), slope(2)];
             let u = DVec3::new(slopes[0].x, slopes[1].x, slopes[2].x);

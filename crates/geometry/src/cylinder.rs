@@ -47,11 +47,11 @@ impl Analytic for Cylinder {
         })
     }
 
-    fn surface(&self, point: DVec3, face: u32, margin: f64) -> LocalSurface {
+    fn surface(&self, point: DVec3, face: u32, margin: DVec3) -> LocalSurface {
         let (radius, half) = (self.radius as f64, 0.5 * self.height as f64);
         let around = DVec2::new(point.x, point.z);
         if face == 0 {
-            let clear = (half - margin).max(0.5 * half);
+            let clear = (half - margin.y).max(0.5 * half);
             let y = point.y.clamp(-clear, clear);
             let outward = around.normalize_or(DVec2::X);
             let normal = DVec3::new(outward.x, 0.0, outward.y);
@@ -63,7 +63,8 @@ impl Analytic for Cylinder {
             };
         }
         let sign = if face == 2 { 1.0 } else { -1.0 };
-        let at = around.clamp_length_max((radius - margin).max(0.5 * radius));
+        let clear = around.normalize_or(DVec2::X).abs().dot(DVec2::new(margin.x, margin.z));
+        let at = around.clamp_length_max((radius - clear).max(0.5 * radius));
         LocalSurface {
             point: DVec3::new(at.x, sign * half, at.y),
             normal: DVec3::Y * sign,

@@ -42,7 +42,7 @@ impl Analytic for Disk {
         (t > 0.0 && inside).then_some(Crossing { t, face: 0 })
     }
 
-    fn surface(&self, point: DVec3, _face: u32, _margin: f64) -> LocalSurface {
+    fn surface(&self, point: DVec3, _face: u32, _margin: DVec3) -> LocalSurface {
         let point = point.truncate().extend(0.0);
         LocalSurface { point, normal: DVec3::Z, uv: disk_uv(point.truncate(), self.radius) }
     }

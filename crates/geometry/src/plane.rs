@@ -28,7 +28,7 @@ impl Analytic for Plane {
         (t > 0.0).then_some(Crossing { t, face: 0 })
     }
 
-    fn surface(&self, point: DVec3, _face: u32, _margin: f64) -> LocalSurface {
+    fn surface(&self, point: DVec3, _face: u32, _margin: DVec3) -> LocalSurface {
         let uv = Vec2::new(point.x as f32, point.z as f32);
         LocalSurface { point: DVec3::new(point.x, 0.0, point.z), normal: DVec3::Y, uv }
     }

@@ -34,7 +34,7 @@ impl Analytic for Quad {
         (t > 0.0 && at.cmple(self.half.as_dvec2()).all()).then_some(Crossing { t, face: 0 })
     }
 
-    fn surface(&self, point: DVec3, _face: u32, _margin: f64) -> LocalSurface {
+    fn surface(&self, point: DVec3, _face: u32, _margin: DVec3) -> LocalSurface {
         let half = self.half.as_dvec2();
         let at = point.truncate().clamp(-half, half);
         LocalSurface { point: at.extend(0.0), normal: DVec3::Z, uv: (at / half * 0.5 + 0.5).as_vec2() }
@@ -54,7 +54,7 @@ mod tests {
             let ray = Ray { origin: Vec3::new(x, y, -4.0), direction: Vec3::Z };
             assert_eq!(quad.intersect(&ray).map(|h| h.t), hit.then_some(4.0), "{x} {y}");
         }
-        let surface = quad.surface(DVec3::new(-2.0, 0.5, 1e-9), 0, 0.0);
+        let surface = quad.surface(DVec3::new(-2.0, 0.5, 1e-9), 0, DVec3::ZERO);
         assert_eq!((surface.point.z, surface.uv), (0.0, Vec2::new(0.0, 0.75)));
     }
 }

@@ -26,8 +26,9 @@ pub trait Analytic: Copy + PartialEq {
     fn crossing(&self, origin: DVec3, direction: DVec3) -> Option<Crossing>;
 
     /// The surface at a point that lies on it but for rounding, with the point moved onto it. On a face with edges the point
-    /// keeps `margin` away from them, so that stepping through the face by less does not step past its neighbor.
-    fn surface(&self, point: DVec3, face: u32, margin: f64) -> LocalSurface;
+    /// keeps `margin` away from them, given by axis, so that stepping through the face by less does not step past its
+    /// neighbor.
+    fn surface(&self, point: DVec3, face: u32, margin: DVec3) -> LocalSurface;
 
     /// The nearest hit with t > 0 of a ray in object space.
     ///

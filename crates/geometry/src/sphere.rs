@@ -40,7 +40,7 @@ impl Analytic for Sphere {
         })
     }
 
-    fn surface(&self, point: DVec3, _face: u32, _margin: f64) -> LocalSurface {
+    fn surface(&self, point: DVec3, _face: u32, _margin: DVec3) -> LocalSurface {
         let normal = point.normalize_or(DVec3::Y);
         let v = math::acos((normal.y as f32).clamp(-1.0, 1.0)) * std::f32::consts::FRAC_1_PI;
         let uv = Vec2::new(turn(normal.x, normal.z), v);
@@ -83,7 +83,7 @@ mod tests {
             (DVec3::Y, 0.5, 0.0),
             (DVec3::NEG_Y, 0.5, 1.0),
         ] {
-            let surface = sphere.surface(point * 3.0, 0, 0.0);
+            let surface = sphere.surface(point * 3.0, 0, DVec3::ZERO);
             assert!((surface.uv - Vec2::new(u, v)).length() < 1e-6, "{point} {}", surface.uv);
             assert_eq!(surface.normal, point);
         }

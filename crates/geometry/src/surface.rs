@@ -52,10 +52,10 @@ pub fn surface(scene: &SceneGeometry<'_>, ray: &Ray, hit: &Hit) -> SurfacePoint 
             let bounds = analytic.bounds();
             // Grazing directions are rounded too: one unit over the length of the shape.
             let tilt = if bounds.min.is_finite() { bounds.reach() as f64 * (4.0 * HALF_ULP) } else { 0.0 };
-            let local = analytic.surface(point, hit.primitive, 4.0 * (rounding.max_element() + tilt));
+            let local = analytic.surface(point, hit.primitive, 4.0 * (rounding + tilt));
             Found { local, shading: local.normal, tilt }
         },
-        mesh => on_triangle(&scene.table.meshes[mesh], hit, 4.0 * rounding.max_element())
+        mesh => on_triangle(&scene.table.meshes[mesh], hit, rounding)
     );
     place(to_world, to_object, &found, rounding)
 }
@@ -83,18 +83,22 @@ fn place(to_world: &Affine, to_object: &Affine, found: &Found, rounding: DVec3) 
 }
 
 /// The surface of a mesh at a hit.
-fn on_triangle(mesh: &TriangleMesh, hit: &Hit, margin: f64) -> Found {
+fn on_triangle(mesh: &TriangleMesh, hit: &Hit, rounding: DVec3) -> Found {
     let triangle = hit.primitive as usize;
     let [a, b, c] = mesh.corners(triangle).map(|corner| corner.as_dvec3());
     let cross = (b - a).cross(c - a);
     let normal = cross.normalize_or(DVec3::Y);
-    let sides = [(c - b).length(), (a - c).length(), (b - a).length()];
-    let extent = sides[0].max(sides[1]).max(sides[2]);
+    let sides = [c - b, a - c, b - a];
+    let extent = sides.iter().fold(0.0f64, |most, side| most.max(side.length()));
     // Shearing moves corners by up to ten units of the triangle's extent, tilting a grazing ray by four.
     let tilt = extent * (14.0 * HALF_ULP);
     let weights = [1.0 - hit.u as f64 - hit.v as f64, hit.u as f64, hit.v as f64];
-    // A side's distance from the opposite corner is area over length: keep the margin from each, up to half way to the middle.
-    let clear = sides.map(|side| ((margin + 4.0 * tilt) * side / cross.length()).min(1.0 / 6.0));
+    // Keep four times the error away from each side, at most half way to the middle. A weight is the distance from a side over
+    // that of the opposite corner, which is twice the area over the side's length.
+    let clear = sides.map(|side| {
+        let away = normal.cross(side).abs();
+        (4.0 * (away.dot(rounding) + side.length() * tilt) / cross.length()).min(1.0 / 6.0)
+    });
     let weights: [f64; 3] = std::array::from_fn(|i| weights[i].max(clear[i]));
     let sum = weights[0] + weights[1] + weights[2];
     let weights = weights.map(|weight| weight / sum);

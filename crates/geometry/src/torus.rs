@@ -63,7 +63,7 @@ impl Analytic for Torus {
         })
     }
 
-    fn surface(&self, point: DVec3, _face: u32, _margin: f64) -> LocalSurface {
+    fn surface(&self, point: DVec3, _face: u32, _margin: DVec3) -> LocalSurface {
         let (major, minor) = (self.major_radius as f64, self.minor_radius as f64);
         let around = DVec2::new(point.x, point.z);
         let outward = around.normalize_or(DVec2::X);

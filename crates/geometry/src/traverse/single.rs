@@ -44,7 +44,9 @@ fn walk<S: Search>(
     mut visit: impl FnMut(u32, &mut S) -> bool,
 ) -> bool {
     stack.clear();
-    stack.push((0.0, 0));
+    if slabs.is_usable() {
+        stack.push((0.0, 0));
+    }
     while let Some((enter, reference)) = stack.pop() {
         if enter > search.limit() {
             continue;

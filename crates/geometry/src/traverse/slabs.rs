@@ -52,6 +52,13 @@ impl Slabs {
         slabs
     }
 
+    /// Whether box tests will see numbers. A ray that is not usable meets nothing: it is infinite or has no direction.
+    #[inline(always)]
+    pub(crate) fn is_usable(&self) -> bool {
+        let sum = |v: &[f32; 3]| v[0].abs() + v[1].abs() + v[2].abs();
+        sum(&self.inverse) + sum(&self.near) + sum(&self.far) < f32::INFINITY && !self.inverse.contains(&0.0)
+    }
+
     /// Where the ray enters the eight boxes, and a bit for each that it meets before `limit`.
     #[inline(always)]
     pub(crate) fn test(&self, node: &Node, limit: f32) -> ([f32; 8], u32) {
@@ -71,5 +78,27 @@ impl Slabs {
             mask |= ((enter[i] <= leave[i]) as u32) << i;
         }
         (enter, mask)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::Vec3;
+
+    /// Places that are not used are met by no ray.
+    #[test]
+    fn nothing_is_in_an_empty_node() {
+        for direction in [Vec3::X, Vec3::NEG_Y, Vec3::new(0.6, -0.8, 0.0), Vec3::new(-0.0, 0.0, -1.0)] {
+            for origin in [Vec3::ZERO, Vec3::new(-3.0, 1e9, 0.5)] {
+                let slabs = Slabs::new(&Ray { origin, direction }, 0.0, 0.0);
+                assert!(slabs.is_usable());
+                assert_eq!(slabs.test(&Node::EMPTY, f32::INFINITY), ([f32::INFINITY; 8], 0), "{direction} {origin}");
+            }
+        }
+        for bad in [f32::NAN, f32::INFINITY, 0.0] {
+            let slabs = Slabs::new(&Ray { origin: Vec3::ONE, direction: Vec3::splat(bad) }, 1.0, 0.0);
+            assert!(!slabs.is_usable(), "{bad} {slabs:?}");
+        }
     }
 }

@@ -13,7 +13,7 @@ use crate::mesh::{MeshError, TriangleMesh};
 /// A tree over the triangles of one mesh, shared by all its instances.
 ///
 /// Built once, read by any number of threads, stale as soon as the mesh changes: then it is built anew. Degenerate triangles
-/// are left out. Memory: about 40 bytes a triangle on ordinary meshes ([`MeshTree::bytes`]), at most 200 where no two
+/// are left out. Memory: about 50 bytes a triangle on ordinary meshes ([`MeshTree::bytes`]), at most 200 where no two
 /// triangles share a vertex; the mesh itself is not copied.
 #[derive(Clone, Debug)]
 pub struct MeshTree {

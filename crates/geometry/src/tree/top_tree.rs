@@ -59,7 +59,7 @@ const NOWHERE: u32 = u32::MAX;
 /// A tree over the world bounds of all instances that have an end. Planes are not in it; [`Instances::planes`] lists them.
 ///
 /// One writer builds and refits, any number of threads read. It goes stale when an instance is added, removed or given another
-/// shape (build anew) or moved (refit). Memory: about 45 bytes an instance.
+/// shape (build anew) or moved (refit). Memory: about 75 bytes an instance.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TopTree {
     pub(crate) nodes: Vec<Node>,

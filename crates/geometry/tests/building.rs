@@ -1,0 +1,82 @@
+//! Trees are the same for any number of threads, valid and within the memory that is stated.
+
+use std::sync::Arc;
+
+use brewster_geometry::*;
+use glam::{Affine3A, Vec3};
+
+use crate::support::*;
+
+fn with_threads<T: Send>(threads: usize, work: impl FnOnce() -> T + Send) -> T {
+    rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap().install(work)
+}
+
+/// Meshes with many equal boxes and areas are where an order could be open.
+#[test]
+fn threads_change_no_tree() {
+    let mut random = Random(1);
+    let mut doubled = ball(5, |_| 1.0);
+    doubled.triangles.extend(doubled.triangles.clone());
+    let same = TriangleMesh {
+        positions: vec![Vec3::X, Vec3::Y, Vec3::Z],
+        triangles: vec![[0, 1, 2]; 3000],
+        ..Default::default()
+    };
+    for mesh in [ball(6, hills), doubled, same, soup(&mut random, 20_000, 0.1)] {
+        let mesh = Arc::new(mesh);
+        let expected = with_threads(1, || MeshTree::build(mesh.clone()).unwrap());
+        expected.validate().unwrap();
+        for threads in [2, 7] {
+            assert!(with_threads(threads, || MeshTree::build(mesh.clone()).unwrap()) == expected, "{threads} threads");
+        }
+    }
+    let (mut scene, shapes) = Scene::with_every_analytic_shape();
+    for i in 0..20_000 {
+        let at = Vec3::new((i % 100) as f32, 0.0, (i / 100) as f32) * 2.0;
+        scene.place(shapes[i % shapes.len()], Affine3A::from_translation(at));
+    }
+    let expected = with_threads(1, || TopTree::build(&scene.instances()).unwrap());
+    expected.validate(&scene.instances()).unwrap();
+    for threads in [2, 7] {
+        assert!(with_threads(threads, || TopTree::build(&scene.instances()).unwrap()) == expected, "{threads} threads");
+    }
+}
+
+/// The documented figures.
+#[test]
+fn memory_is_as_stated() {
+    let mesh = Arc::new(ball(6, hills));
+    let triangles = mesh.triangles.len();
+    let ordinary = MeshTree::build(mesh).unwrap().bytes() as f64 / triangles as f64;
+    assert!(ordinary < 52.0, "{ordinary} bytes a triangle");
+    let soup = MeshTree::build(Arc::new(soup(&mut Random(2), 20_000, 0.1))).unwrap().bytes() as f64 / 20_000.0;
+    assert!(soup < 200.0, "{soup} bytes a triangle that shares nothing");
+    let (mut scene, shapes) = Scene::with_every_analytic_shape();
+    let mut random = Random(3);
+    for _ in 0..20_000 {
+        scene.place(shapes[0], Affine3A::from_translation(random.cube() * 100.0));
+    }
+    let top = TopTree::build(&scene.instances()).unwrap().bytes() as f64 / 20_000.0;
+    assert!(top < 80.0, "{top} bytes an instance");
+}
+
+#[test]
+fn bad_instances_are_errors() {
+    let (mut scene, shapes) = Scene::with_every_analytic_shape();
+    scene.place(shapes[0], Affine3A::IDENTITY);
+    let scene = scene.built();
+    let check = |change: fn(&mut Scene), expected: TreeError| {
+        let mut scene = scene.clone();
+        change(&mut scene);
+        assert_eq!(TopTree::build(&scene.instances()), Err(expected));
+        let mut top = scene.top.clone();
+        assert_eq!(top.refit(&scene.instances(), &[0]), Err(expected));
+        assert!(top == scene.top, "an error leaves the tree as it was");
+    };
+    check(|s| s.shapes[0].row = 7, TreeError::NoSuchShape { instance: 0 });
+    check(|s| s.shapes[0] = ShapeRef { kind: ShapeKind::Mesh, row: 0 }, TreeError::NoSuchShape { instance: 0 });
+    check(|s| s.world_to_object.clear(), TreeError::BadLengths);
+    check(|s| s.world_to_object[0].rows[1] = [0.0; 4], TreeError::OutOfRange { instance: 0 });
+    check(|s| s.world_to_object[0].rows[1][3] = f32::NAN, TreeError::OutOfRange { instance: 0 });
+    check(|s| s.world_to_object[0] = Affine::translation(Vec3::splat(1e20)), TreeError::OutOfRange { instance: 0 });
+}

@@ -1,0 +1,12 @@
+//! What the crate promises, one module for each claim.
+
+/// Trees, kernels and refits change no hit: everything agrees to the bit with trying every primitive.
+mod agreement;
+/// Trees are the same for any number of threads, valid and within the memory that is stated.
+mod building;
+/// Rays that leave a surface start on the right side of it, however they graze it and wherever it stands.
+mod spawning;
+/// Scenes and random numbers for the tests.
+mod support;
+/// No ray slips through a closed mesh.
+mod watertight;

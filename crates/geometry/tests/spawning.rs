@@ -1,0 +1,215 @@
+//! Rays that leave a surface start on the right side of it, however they graze it and wherever it stands.
+
+use brewster_geometry::*;
+use glam::{Affine3A, Quat, Vec3};
+
+use crate::support::*;
+
+/// Places that are hard on rounding. Far out the shapes are of one meter and more: f32 has steps of 8 mm there.
+fn places() -> Vec<Affine3A> {
+    let turned = Quat::from_axis_angle(Vec3::new(0.6, 0.48, 0.64), 1.1);
+    vec![
+        Affine3A::IDENTITY,
+        placed(Vec3::ONE, turned, Vec3::new(5.0, -3.0, 8.0)),
+        placed(Vec3::new(3.0, 0.2, -1.0), turned, Vec3::new(50.0, 20.0, -10.0)),
+        placed(Vec3::splat(1e-3), turned, Vec3::new(0.5, 1.0, -0.3)),
+        placed(Vec3::splat(1e4), turned, Vec3::new(1e4, 3e3, 0.0)),
+        placed(Vec3::splat(4.0), turned, Vec3::new(1e5, -1e5, 1e5)),
+        placed(Vec3::new(1e3, 40.0, 20.0), turned, Vec3::new(-1e5, 2e3, 1e5)),
+    ]
+}
+
+/// A direction on the normal's side, most often very close to the surface.
+fn grazing(random: &mut Random, normal: Vec3) -> Vec3 {
+    let along = normal.cross(random.direction()).normalize();
+    let up = 10f32.powf(-8.0 * random.unit());
+    let direction = (along + normal * up).normalize();
+    // Rounding may have turned it away; then it is not a direction on this side.
+    if direction.dot(normal) > 0.0 { direction } else { normal }
+}
+
+/// A ray from outside toward a random place in the shape's box.
+fn incoming(random: &mut Random, scene: &Scene, at: &Affine) -> Ray {
+    let bounds = match scene.shapes[0].kind {
+        ShapeKind::Plane => Aabb::centered(Vec3::new(3.0, 0.0, 3.0)),
+        _ => scene.table.bounds(scene.shapes[0]),
+    };
+    let inside = random.cube() * 0.5 + 0.5;
+    let target = at.point(bounds.min + (bounds.max - bounds.min) * inside);
+    let origin = at.point(random.direction() * (bounds.max.length() * (1.5 + 3.0 * random.unit())));
+    Ray { origin, direction: (target - origin).normalize() }
+}
+
+struct Tally {
+    checked: usize,
+    wrong: Vec<String>,
+}
+
+impl Tally {
+    fn new() -> Tally {
+        Tally { checked: 0, wrong: Vec::new() }
+    }
+
+    fn check(&mut self, right: bool, say: impl FnOnce() -> String) {
+        self.checked += 1;
+        if !right {
+            self.wrong.push(say());
+        }
+    }
+
+    fn close(self, name: &str, least: usize) {
+        let first = self.wrong.first().cloned().unwrap_or_default();
+        assert_eq!(self.wrong.len(), 0, "{name}: {} of {}: {first}", self.wrong.len(), self.checked);
+        assert!(self.checked >= least, "{name}: only {} rays were checked", self.checked);
+    }
+}
+
+/// One shape in one place, with what to call it.
+fn scenes(shapes: impl Fn(&mut Scene) -> Vec<(String, ShapeRef)>) -> Vec<(String, Scene)> {
+    let mut all = Vec::new();
+    for at in places() {
+        let (mut scene, _) = Scene::with_every_analytic_shape();
+        for (name, shape) in shapes(&mut scene) {
+            let mut scene = scene.clone();
+            scene.place(shape, at);
+            all.push((format!("{name} at {at}"), scene.built()));
+        }
+    }
+    all
+}
+
+fn analytic(kinds: &'static [ShapeKind]) -> impl Fn(&mut Scene) -> Vec<(String, ShapeRef)> {
+    |_| kinds.iter().map(|&kind| (format!("{kind:?}"), ShapeRef { kind, row: 0 })).collect()
+}
+
+const FLAT: [ShapeKind; 3] = [ShapeKind::Plane, ShapeKind::Quad, ShapeKind::Disk];
+const CONVEX: [ShapeKind; 4] = [ShapeKind::Sphere, ShapeKind::Cuboid, ShapeKind::Cylinder, ShapeKind::Cone];
+
+fn convex_mesh(scene: &mut Scene) -> Vec<(String, ShapeRef)> {
+    vec![("coarse ball".into(), scene.mesh(ball(0, |_| 1.0))), ("fine ball".into(), scene.mesh(ball(4, |_| 1.0)))]
+}
+
+/// No acne: a ray that leaves a flat or convex shape to the outside meets it no more.
+#[test]
+fn rays_outward_miss() {
+    let mut all = scenes(analytic(&FLAT));
+    all.extend(scenes(analytic(&CONVEX)));
+    let mut random = Random(1);
+    for (name, scene) in all {
+        let mut tally = Tally::new();
+        for _ in 0..4000 {
+            let ray = incoming(&mut random, &scene, &scene.object_to_world[0]);
+            let hit = hit_of(&scene, &ray);
+            if hit.is_miss() {
+                continue;
+            }
+            let point = surface(&scene.geometry(), &ray, &hit);
+            let closed = scene.table.is_closed(scene.shapes[0]);
+            let side = if closed { point.geometric_normal } else { point.geometric_normal * random.signed().signum() };
+            let direction = grazing(&mut random, side);
+            let next = Ray { origin: offset_origin(&point, direction), direction };
+            let again = hit_of(&scene, &next);
+            // A direction is rounded; along a plane without end that shows, ten million errors away.
+            let far = scene.shapes[0].kind == ShapeKind::Plane && again.t > 1e7 * point.error;
+            tally.check(again.is_miss() || far, || format!("{ray:?} {hit:?} {point:?} {next:?} {again:?}"));
+        }
+        tally.close(&name, 500);
+    }
+}
+
+/// No leaks: a ray that enters a convex solid meets its other side, and nothing after that.
+#[test]
+fn rays_inward_come_out_once() {
+    let mut all = scenes(analytic(&CONVEX));
+    all.extend(scenes(convex_mesh));
+    let mut random = Random(2);
+    for (name, scene) in all {
+        let mut tally = Tally::new();
+        for _ in 0..4000 {
+            let ray = incoming(&mut random, &scene, &scene.object_to_world[0]);
+            let hit = hit_of(&scene, &ray);
+            if hit.is_miss() {
+                continue;
+            }
+            let point = surface(&scene.geometry(), &ray, &hit);
+            let direction = grazing(&mut random, -point.geometric_normal);
+            let next = Ray { origin: offset_origin(&point, direction), direction };
+            let other = hit_of(&scene, &next);
+            tally.check(!other.is_miss(), || format!("leak: {ray:?} {hit:?} {point:?} {next:?}"));
+            if other.is_miss() {
+                continue;
+            }
+            let end = surface(&scene.geometry(), &next, &other);
+            let out = end.geometric_normal.dot(direction);
+            tally.check(out > -1e-3, || format!("entered twice: {next:?} {other:?} {end:?}"));
+            if out >= 0.0 {
+                let last = Ray { origin: offset_origin(&end, direction), direction };
+                let again = hit_of(&scene, &last);
+                tally.check(again.is_miss(), || format!("acne: {next:?} {other:?} {end:?} {last:?} {again:?}"));
+            }
+        }
+        tally.close(&name, 500);
+    }
+}
+
+/// Through any closed shape a line goes in and out in turns, and ends outside.
+#[test]
+fn lines_enter_and_leave_in_turns() {
+    let bent = |scene: &mut Scene| {
+        vec![
+            ("torus".to_string(), ShapeRef { kind: ShapeKind::Torus, row: 0 }),
+            ("hilly ball".to_string(), scene.mesh(ball(3, hills))),
+        ]
+    };
+    let mut all = scenes(bent);
+    all.extend(scenes(analytic(&CONVEX)));
+    all.extend(scenes(convex_mesh));
+    let mut random = Random(3);
+    for (name, scene) in all {
+        let mut tally = Tally::new();
+        for _ in 0..4000 {
+            let first = incoming(&mut random, &scene, &scene.object_to_world[0]);
+            let (mut ray, mut inside) = (first, false);
+            for _ in 0..64 {
+                let hit = hit_of(&scene, &ray);
+                if hit.is_miss() {
+                    break;
+                }
+                let point = surface(&scene.geometry(), &ray, &hit);
+                let entering = point.geometric_normal.dot(ray.direction) < 0.0;
+                tally.check(entering != inside, || format!("inside {inside}: {first:?} {ray:?} {hit:?} {point:?}"));
+                inside = entering;
+                ray.origin = offset_origin(&point, ray.direction);
+            }
+            tally.check(!inside, || format!("lost inside: {first:?} {ray:?}"));
+        }
+        tally.close(&name, 3000);
+    }
+}
+
+/// Normals, in world space: unit length, and those of a closed shape point out of it.
+#[test]
+fn normals_point_outward() {
+    let mut all = scenes(analytic(&CONVEX));
+    all.extend(scenes(analytic(&[ShapeKind::Torus])));
+    all.extend(scenes(convex_mesh));
+    let mut random = Random(4);
+    for (name, scene) in all {
+        let mut tally = Tally::new();
+        for _ in 0..1000 {
+            let ray = incoming(&mut random, &scene, &scene.object_to_world[0]);
+            let hit = hit_of(&scene, &ray);
+            if hit.is_miss() {
+                continue;
+            }
+            let point = surface(&scene.geometry(), &ray, &hit);
+            let unit = |n: Vec3| (n.length() - 1.0).abs() < 1e-6;
+            let outward = point.geometric_normal.dot(ray.direction) <= 1e-3;
+            let close = (point.position - ray.at(hit.t)).length() <= 3e-5 * (hit.t + point.position.length());
+            let shading = point.shading_normal.dot(point.geometric_normal) > 0.6;
+            let right = unit(point.geometric_normal) && unit(point.shading_normal) && outward && close && shading;
+            tally.check(right, || format!("{ray:?} {hit:?} {point:?}"));
+        }
+        tally.close(&name, 150);
+    }
+}
