@@ -177,10 +177,10 @@ pub fn amplitudes(cos_i: f32, cos_t: f32, eta_i: f32, eta_t: f32) -> Amplitudes 
     let (s_i, s_t) = (eta_i * cos_i, eta_t * cos_t);
     let (p_i, p_t) = (eta_t * cos_i, eta_i * cos_t);
     Amplitudes {
-        r_s: quotient(s_i - s_t, s_i + s_t, 0.0),
-        r_p: quotient(p_i - p_t, p_i + p_t, 0.0),
-        t_s: quotient(2.0 * s_i, s_i + s_t, 1.0),
-        t_p: quotient(2.0 * s_i, p_i + p_t, 1.0),
+        r_s: fraction(s_i - s_t, s_i + s_t),
+        r_p: fraction(p_i - p_t, p_i + p_t),
+        t_s: if s_i + s_t == 0.0 { 1.0 } else { 2.0 * s_i / (s_i + s_t) },
+        t_p: if p_i + p_t == 0.0 { 1.0 } else { 2.0 * s_i / (p_i + p_t) },
     }
 }
 
@@ -199,15 +199,15 @@ pub fn conductor(cos_i: f32, eta_i: f32, eta: f32, k: f32) -> Reflectance {
     let modulus = (real * real + imaginary * imaginary).sqrt();
     // The larger of a² and b² is a sum; the smaller follows from ab = ηk, as their difference would cancel.
     let larger = 0.5 * (modulus + real.abs());
-    let smaller = quotient(0.25 * imaginary * imaginary, larger, 0.0);
+    let smaller = fraction(0.25 * imaginary * imaginary, larger);
     let (a2, b2) = if real >= 0.0 { (larger, smaller) } else { (smaller, larger) };
     let a = a2.sqrt();
 
     let (near, far) = (a - cos_i, a + cos_i);
-    let s = quotient(near * near + b2, far * far + b2, 0.0);
+    let s = fraction(near * near + b2, far * far + b2);
     let (near, far) = (a * cos_i - sin2, a * cos_i + sin2);
     let heat = b2 * cos_i * cos_i;
-    Reflectance { s, p: s * quotient(near * near + heat, far * far + heat, 1.0) }
+    Reflectance { s, p: s * fraction(near * near + heat, far * far + heat) }
 }
 
 /// The unpolarized reflectance of a [`conductor`] for each color channel.
@@ -270,10 +270,12 @@ impl fmt::Display for InvalidF0 {
 
 impl core::error::Error for InvalidF0 {}
 
-/// A quotient, or `limit` where the denominator is 0.
+/// `numerator / denominator` for a denominator that is not negative; 0/0 is 0.
+///
+/// The smallest number is lost in any other denominator, and costs less than a choice.
 #[inline(always)]
-fn quotient(numerator: f32, denominator: f32, limit: f32) -> f32 {
-    if denominator == 0.0 { limit } else { numerator / denominator }
+fn fraction(numerator: f32, denominator: f32) -> f32 {
+    numerator / (denominator + f32::MIN_POSITIVE)
 }
 
 #[cfg(test)]
