@@ -1,7 +1,7 @@
 //! Materials, split by kind so that a shading stage reads columns of one kind only.
 
 use brewster_lanes::columns;
-use brewster_optics::FresnelModel;
+use brewster_optics::fresnel::FresnelModel;
 use glam::Vec3;
 
 use crate::ColorSource;

@@ -8,7 +8,7 @@ use std::collections::HashMap;
 use std::hash::{BuildHasherDefault, Hasher};
 
 use brewster_buffers::{DielectricsView, MaterialKind, MaterialRowsView, SceneBuffers};
-use brewster_geometry::{Hit, HitColumns, Rays, closest_hits, surface};
+use brewster_geometry::{Hit, HitColumns, Rays, closest_hits, offset_origin, surface};
 use brewster_lanes::Level;
 use glam::Vec3;
 
@@ -174,7 +174,7 @@ pub fn media_around(scene: &SceneBuffers, point: Vec3, level: Level) -> Vec<Medi
         if hit.is_miss() {
             break;
         }
-        let point = surface(&geometry, rays.get(0), hit);
+        let point = surface(&geometry, &rays.get(0), &hit);
         if let Some(medium) =
             medium_of(scene.materials.rows.view(), scene.instances.view().material[hit.instance as usize].0)
         {
@@ -186,7 +186,7 @@ pub fn media_around(scene: &SceneBuffers, point: Vec3, level: Level) -> Vec<Medi
                 around.push(medium);
             }
         }
-        origin = point.offset_origin(direction);
+        origin = offset_origin(&point, direction);
     }
     around.reverse();
     around
@@ -223,7 +223,7 @@ impl Hasher for PairHasher {
 #[cfg(test)]
 mod tests {
     use brewster_buffers::{ColorSource, Dielectric, DielectricColumns};
-    use brewster_optics::FresnelModel;
+    use brewster_optics::fresnel::FresnelModel;
 
     use super::*;
 

@@ -11,7 +11,7 @@ const STEP: [u64; 2] = [0xc13f_a9a9_02a6_328f, 0x91e1_0da5_c79e_7b1c];
 /// seed 0 and at a place of its own for every other seed, by way of the pixel filter.
 ///
 /// A longer pattern begins with the shorter one.
-pub fn pattern(samples: u32, seed: u64, filter: &FilterSampler) -> Vec<Vec2> {
+pub(crate) fn pattern(samples: u32, seed: u64, filter: &FilterSampler) -> Vec<Vec2> {
     let start = match seed {
         0 => [1 << 63; 2],
         _ => [mix(seed), mix(mix(seed))],
@@ -40,7 +40,7 @@ mod tests {
     use super::*;
 
     fn box_pattern(samples: u32, seed: u64) -> Vec<Vec2> {
-        pattern(samples, seed, &FilterSampler::new(Filter::Box))
+        pattern(samples, seed, &FilterSampler::new(Filter::BOX).unwrap())
     }
 
     #[test]

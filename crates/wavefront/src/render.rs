@@ -101,11 +101,12 @@ impl<'a> Renderer<'a> {
             .map_err(|error| Unsupported::Threads(error.to_string()))?;
         let settings = &scene.settings;
         let filter = FilterSampler::new(match settings.filter {
-            PixelFilter::Box => Filter::Box,
-            PixelFilter::Tent => Filter::Tent,
-            PixelFilter::Gaussian => Filter::Gaussian,
-            PixelFilter::BlackmanHarris => Filter::BlackmanHarris,
-        });
+            PixelFilter::Box => Filter::BOX,
+            PixelFilter::Tent => Filter::TENT,
+            PixelFilter::Gaussian => Filter::GAUSSIAN,
+            PixelFilter::BlackmanHarris => Filter::BLACKMAN_HARRIS,
+        })
+        .expect("the built-in filters are valid");
         let epoch = Instant::now();
         let batches = (0..threads.max(1) as u32)
             .map(|worker| {

@@ -2,8 +2,11 @@
 
 use std::marker::PhantomData;
 
+use brewster_geometry::SurfacePoint;
 use brewster_lanes::columns;
-use glam::{Vec2, Vec3};
+use glam::Vec3;
+
+use crate::media::MediaId;
 
 columns! {
     /// A ray's hit on a material, with the point of the surface.
@@ -14,16 +17,8 @@ columns! {
         pub instance: u32,
         /// Row among the materials of the kind.
         pub material: u32,
-        /// World position in meters.
-        pub position: Vec3,
-        /// Bound on the error of each coordinate of the position, in meters.
-        pub error: f32,
-        /// Unit normal of the shape itself; out of closed shapes.
-        pub geometric_normal: Vec3,
-        /// Unit normal for shading, within 90 degrees of the geometric one.
-        pub shading_normal: Vec3,
-        /// Texture coordinates.
-        pub uv: Vec2,
+        /// The surface there.
+        pub point: SurfacePoint,
     }
 }
 
@@ -33,13 +28,9 @@ columns! {
         /// The ray's row among those traced.
         pub ray: u32,
         /// The media behind the boundary.
-        pub media: crate::media::MediaId,
-        /// World position in meters.
-        pub position: Vec3,
-        /// Unit normal of the shape.
-        pub geometric_normal: Vec3,
-        /// Bound on the error of each coordinate of the position.
-        pub error: f32,
+        pub media: MediaId,
+        /// Where it goes on from.
+        pub origin: Vec3,
     }
 }
 

@@ -1,7 +1,7 @@
 //! Weakens rays by the medium they went through.
 
 use brewster_geometry::HitsView;
-use brewster_optics::beer_lambert;
+use brewster_optics::absorption::transmittance;
 
 use crate::context::Context;
 use crate::media::{MediaStacks, Medium};
@@ -15,7 +15,7 @@ pub fn absorb(context: &Context<'_>, stacks: &MediaStacks, hits: HitsView<'_>, r
     for ((weight, &media), &distance) in rays.weight.iter_mut().zip(&*rays.media).zip(hits.t) {
         let medium = stacks.filling(media);
         if medium != Medium::VACUUM {
-            *weight *= beer_lambert(dielectrics.absorption[medium.0 as usize], distance);
+            *weight *= transmittance(dielectrics.absorption[medium.0 as usize], distance);
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Lets rays cross boundaries that are none.
 
-use brewster_geometry::{Ray, spawn_origin};
+use brewster_geometry::Ray;
 
 use crate::queues::{CrossingsView, PathRay, PathRaysView, TransmissionQueue};
 
@@ -11,8 +11,7 @@ pub fn cross(rays: PathRaysView<'_>, crossings: CrossingsView<'_>, transmission:
     for row in 0..crossings.len() {
         let crossing = crossings.get(row);
         let ray = rays.get(crossing.ray as usize);
-        let direction = ray.ray().direction;
-        let origin = spawn_origin(crossing.position, crossing.geometric_normal, crossing.error, direction);
-        transmission.push(PathRay { media: crossing.media, ..ray.along(Ray { origin, direction }) });
+        let onward = Ray { origin: crossing.origin, direction: ray.ray().direction };
+        transmission.push(PathRay { media: crossing.media, ..ray.along(onward) });
     }
 }

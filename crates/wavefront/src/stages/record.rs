@@ -13,8 +13,8 @@ pub fn record(context: &Context<'_>, rays: PathRaysView<'_>, hits: SurfaceHitsVi
     for row in 0..hits.len() {
         let hit = hits.get(row);
         let first = FirstHit {
-            depth: (hit.position - context.camera.position).dot(context.camera.forward).max(0.0),
-            normal: hit.shading_normal.to_array(),
+            depth: (hit.point.position - context.camera.position).dot(context.camera.forward).max(0.0),
+            normal: hit.point.shading_normal.to_array(),
             material: materials[hit.instance as usize].0,
             entity: hit.instance,
         };

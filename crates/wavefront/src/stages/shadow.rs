@@ -2,8 +2,8 @@
 
 use brewster_buffers::MaterialKind;
 use brewster_film::FilmTile;
-use brewster_geometry::{Hit, HitColumns, closest_hits, occluded, surface};
-use brewster_optics::{beer_lambert, fresnel_dielectric};
+use brewster_geometry::{Hit, HitColumns, closest_hits, occluded, offset_origin, surface};
+use brewster_optics::absorption::transmittance;
 use glam::Vec3;
 
 use crate::context::Context;
@@ -91,7 +91,7 @@ fn follow(
         let filling = stacks.filling(ray.media);
         let mut contribution = ray.contribution;
         if filling != Medium::VACUUM {
-            contribution *= beer_lambert(dielectrics.absorption[filling.0 as usize], end);
+            contribution *= transmittance(dielectrics.absorption[filling.0 as usize], end);
         }
         if hit.is_miss() || hit.t >= ray.distance {
             contributions.push(Contribution { radiance: contribution, pixel: ray.pixel });
@@ -101,21 +101,21 @@ fn follow(
         if material.kind != MaterialKind::Dielectric {
             continue;
         }
-        let point = surface(&context.geometry, ray.ray(), hit);
+        let point = surface(&context.geometry, &ray.ray(), &hit);
         let direction = ray.ray().direction;
         let inward = direction.dot(point.geometric_normal) < 0.0;
         let boundary = stacks.boundary(ray.media, Medium(material.row), inward, &dielectrics);
         if boundary.filling_before != boundary.filling_behind {
             let ior = |medium: Medium| if medium == Medium::VACUUM { 1.0 } else { dielectrics.ior[medium.0 as usize] };
             let cos_i = direction.dot(point.shading_normal).abs().min(1.0);
-            let model = dielectrics.fresnel[material.row as usize];
-            let fresnel = fresnel_dielectric(model, cos_i, ior(boundary.filling_before), ior(boundary.filling_behind));
-            contribution *= 1.0 - fresnel.reflectance;
+            let (eta_i, eta_t) = (ior(boundary.filling_before), ior(boundary.filling_behind));
+            let fresnel = dielectrics.fresnel[material.row as usize].dielectric(cos_i, eta_i, eta_t);
+            contribution *= fresnel.transmittance();
         }
         if contribution == Vec3::ZERO {
             continue;
         }
-        let origin = point.offset_origin(direction);
+        let origin = offset_origin(&point, direction);
         scratch.next.push(ShadowRay {
             origin_x: origin.x,
             origin_y: origin.y,

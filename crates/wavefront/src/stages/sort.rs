@@ -1,7 +1,7 @@
 //! Parts hits by kind of material, and those that escaped.
 
 use brewster_buffers::MaterialKind;
-use brewster_geometry::{HitsView, surface};
+use brewster_geometry::{HitsView, offset_origin, surface};
 use glam::Vec3;
 
 use crate::context::Context;
@@ -96,31 +96,21 @@ pub fn sort(
             continue;
         }
         let material = materials.get(instances.material[hit.instance as usize].0 as usize);
-        let point = surface(&context.geometry, ray.ray(), hit);
+        let point = surface(&context.geometry, &ray.ray(), &hit);
         if material.kind == MaterialKind::Dielectric {
-            let inward = ray.ray().direction.dot(point.geometric_normal) < 0.0;
+            let direction = ray.ray().direction;
+            let inward = direction.dot(point.geometric_normal) < 0.0;
             let boundary = stacks.boundary(ray.media, Medium(material.row), inward, &dielectrics);
             if boundary.filling_before == boundary.filling_behind {
                 sorted.crossings.push(Crossing {
                     ray: row as u32,
                     media: boundary.behind,
-                    position: point.position,
-                    geometric_normal: point.geometric_normal,
-                    error: point.error,
+                    origin: offset_origin(&point, direction),
                 });
                 continue;
             }
         }
-        let hit = SurfaceHit {
-            ray: row as u32,
-            instance: hit.instance,
-            material: material.row,
-            position: point.position,
-            error: point.error,
-            geometric_normal: point.geometric_normal,
-            shading_normal: point.shading_normal,
-            uv: point.uv,
-        };
+        let hit = SurfaceHit { ray: row as u32, instance: hit.instance, material: material.row, point };
         match material.kind {
             MaterialKind::Phong => sorted.phong.push(hit),
             MaterialKind::Lambert => sorted.lambert.push(hit),

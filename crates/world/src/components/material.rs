@@ -3,7 +3,7 @@
 use bevy_ecs::component::Component;
 use bevy_ecs::entity::Entity;
 use brewster_buffers::Texture;
-use brewster_optics::FresnelModel;
+use brewster_optics::fresnel::FresnelModel;
 use glam::Vec3;
 
 /// A surface. Entities share one by [`UsesMaterial`], or carry their own.

@@ -1,8 +1,9 @@
 //! Shades hits on dielectrics: every one splits into both queues, with F_r and F_t.
 
 use brewster_buffers::DielectricsView;
-use brewster_geometry::{Ray, spawn_origin};
-use brewster_optics::{fresnel_dielectric, mirror_direction, phong_highlight, refracted_direction};
+use brewster_geometry::{Ray, offset_origin};
+use brewster_optics::phong::highlight as phong_highlight;
+use brewster_optics::refraction::{mirror, refract_with_cosine};
 use glam::Vec3;
 
 use super::{Continuation, send_shadow_ray};
@@ -56,8 +57,8 @@ pub fn shade_dielectric(
         let ray = rays.get(hit.ray as usize);
         let split = split(&dielectrics, stacks, &ray, &hit);
         highlight(context, &ray, &hit, &split, shadows);
-        let mut send = |direction: Vec3, factor: f32| {
-            let origin = spawn_origin(hit.position, hit.geometric_normal, hit.error, direction);
+        let send = |direction: Vec3, factor: f32| {
+            let origin = offset_origin(&hit.point, direction);
             let along = ray.along(Ray { origin, direction });
             PathRay { weight: ray.weight * factor, media: split.media_of(direction), ..along }
         };
@@ -73,20 +74,21 @@ pub fn shade_dielectric(
 fn split(dielectrics: &DielectricsView<'_>, stacks: &mut MediaStacks, ray: &PathRay, hit: &SurfaceHit) -> Split {
     let direction = ray.ray().direction;
     let ior = |medium: Medium| if medium == Medium::VACUUM { 1.0 } else { dielectrics.ior[medium.0 as usize] };
-    let inward = direction.dot(hit.geometric_normal) < 0.0;
+    let inward = direction.dot(hit.point.geometric_normal) < 0.0;
     let boundary = stacks.boundary(ray.media, Medium(hit.material), inward, dielectrics);
     let (before, behind) = (ior(boundary.filling_before), ior(boundary.filling_behind));
-    let shading_inward = direction.dot(hit.shading_normal) < 0.0;
+    let shading_inward = direction.dot(hit.point.shading_normal) < 0.0;
     let (eta_i, eta_t) = if shading_inward == inward { (before, behind) } else { (behind, before) };
-    let normal = if shading_inward { hit.shading_normal } else { -hit.shading_normal };
-    let geometric = if inward { hit.geometric_normal } else { -hit.geometric_normal };
+    let normal = if shading_inward { hit.point.shading_normal } else { -hit.point.shading_normal };
+    let geometric = if inward { hit.point.geometric_normal } else { -hit.point.geometric_normal };
 
     let cos_i = (-direction.dot(normal)).clamp(0.0, 1.0);
-    let fresnel = fresnel_dielectric(dielectrics.fresnel[hit.material as usize], cos_i, eta_i, eta_t);
+    let fresnel = dielectrics.fresnel[hit.material as usize].dielectric(cos_i, eta_i, eta_t);
+    let refracted = || refract_with_cosine(direction, normal, fresnel.cos_t, eta_i / eta_t);
     Split {
         reflectance: fresnel.reflectance,
-        reflected: mirror_direction(direction, normal),
-        transmitted: refracted_direction(direction, normal, eta_i, eta_t),
+        reflected: mirror(direction, normal),
+        transmitted: (!fresnel.is_total()).then(refracted),
         media: [ray.media, boundary.behind],
         normal,
         geometric,
@@ -97,16 +99,16 @@ fn split(dielectrics: &DielectricsView<'_>, stacks: &mut MediaStacks, ray: &Path
 fn highlight(context: &Context<'_>, ray: &PathRay, hit: &SurfaceHit, split: &Split, shadows: &mut ShadowQueue) {
     let scene = context.scene;
     let material = scene.materials.dielectric.get(hit.material as usize);
-    let specular = scene.textures.evaluate(material.specular, hit.uv);
+    let specular = scene.textures.evaluate(material.specular, hit.point.uv);
     for index in 0..scene.lights.len() {
         let light = scene.lights.get(index);
-        let seen = light.illuminate(hit.position);
+        let seen = light.illuminate(hit.point.position);
         let (side, geometric_side) = (seen.direction.dot(split.normal), seen.direction.dot(split.geometric));
         let factor = if side > 0.0 && geometric_side > 0.0 {
-            split.reflectance * phong_highlight(seen.direction.dot(split.reflected), material.exponent)
+            split.reflectance * phong_highlight(seen.direction, split.reflected, material.exponent)
         } else if side < 0.0 && geometric_side < 0.0 {
             split.transmitted.map_or(0.0, |transmitted| {
-                (1.0 - split.reflectance) * phong_highlight(seen.direction.dot(transmitted), material.exponent)
+                (1.0 - split.reflectance) * phong_highlight(seen.direction, transmitted, material.exponent)
             })
         } else {
             0.0

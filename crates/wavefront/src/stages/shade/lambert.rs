@@ -22,10 +22,10 @@ pub fn shade_lambert(
         let ray = rays.get(hit.ray as usize);
         let material = scene.materials.lambert.get(hit.material as usize);
         let (geometric, normal) = facing_normals(&hit, ray.ray().direction);
-        let diffuse = lambert(scene.textures.evaluate(material.albedo, hit.uv));
+        let diffuse = lambert::brdf(scene.textures.evaluate(material.albedo, hit.point.uv));
         for index in 0..scene.lights.len() {
             let light = scene.lights.get(index);
-            let seen = light.illuminate(hit.position);
+            let seen = light.illuminate(hit.point.position);
             let cosine = seen.direction.dot(normal);
             if cosine > 0.0 && seen.direction.dot(geometric) > 0.0 {
                 let reflected = ray.weight * diffuse * cosine * seen.irradiance;

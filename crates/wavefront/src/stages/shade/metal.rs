@@ -1,7 +1,10 @@
 //! Shades hits on metals: the lecture's Phong highlight times R_0, and the mirror image times the Fresnel reflectance.
 
-use brewster_geometry::{Ray, spawn_origin};
-use brewster_optics::{FresnelModel, fresnel_conductor, mirror_direction, phong_highlight, schlick};
+use brewster_geometry::{Ray, offset_origin};
+use brewster_optics::fresnel::FresnelModel;
+use brewster_optics::fresnel::{conductor_color, schlick_color};
+use brewster_optics::phong::highlight as phong_highlight;
+use brewster_optics::refraction::mirror;
 use glam::Vec3;
 
 use super::{Continuation, facing_normals, send_shadow_ray};
@@ -29,25 +32,25 @@ pub fn shade_metal(
         let material = scene.materials.metal.get(hit.material as usize);
         let direction = ray.ray().direction;
         let (geometric, normal) = facing_normals(&hit, direction);
-        let mirror = mirror_direction(direction, normal);
-        let color = |source| scene.textures.evaluate(source, hit.uv);
+        let mirror = mirror(direction, normal);
+        let color = |source| scene.textures.evaluate(source, hit.point.uv);
         let (r0, specular) = (color(material.r0), color(material.specular));
         for index in 0..scene.lights.len() {
             let light = scene.lights.get(index);
-            let seen = light.illuminate(hit.position);
+            let seen = light.illuminate(hit.point.position);
             if seen.direction.dot(normal) <= 0.0 || seen.direction.dot(geometric) <= 0.0 {
                 continue;
             }
-            let highlight = specular * r0 * phong_highlight(seen.direction.dot(mirror), material.exponent);
+            let highlight = specular * r0 * phong_highlight(seen.direction, mirror, material.exponent);
             let reflected: Vec3 = ray.weight * highlight * seen.irradiance;
             send_shadow_ray(shadows, &hit, ray.pixel, ray.media, &light, seen.direction, reflected);
         }
         let cos_i = (-direction.dot(normal)).clamp(0.0, 1.0);
         let reflectance = match material.fresnel {
-            FresnelModel::Exact => fresnel_conductor(cos_i, material.eta, material.k),
-            FresnelModel::Schlick | FresnelModel::SchlickThetaM => schlick(cos_i, r0),
+            FresnelModel::Exact => conductor_color(cos_i, 1.0, material.eta, material.k),
+            FresnelModel::Schlick | FresnelModel::SchlickThetaM => schlick_color(cos_i, r0),
         };
-        let origin = spawn_origin(hit.position, hit.geometric_normal, hit.error, mirror);
+        let origin = offset_origin(&hit.point, mirror);
         let reflected = ray.along(Ray { origin, direction: mirror });
         continuation.reflect(crate::queues::PathRay { weight: ray.weight * reflectance, ..reflected }, counts);
     }

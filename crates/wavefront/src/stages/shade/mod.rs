@@ -15,7 +15,7 @@ pub use lambert::shade_lambert;
 pub use metal::shade_metal;
 pub use phong::shade_phong;
 
-use brewster_geometry::spawn_origin;
+use brewster_geometry::offset_origin;
 use glam::Vec3;
 
 use crate::media::MediaId;
@@ -77,7 +77,7 @@ fn send_shadow_ray(
     if contribution == Vec3::ZERO {
         return;
     }
-    let origin = spawn_origin(hit.position, hit.geometric_normal, hit.error, toward);
+    let origin = offset_origin(&hit.point, toward);
     let seen = light.illuminate(origin);
     queue.push(ShadowRay {
         origin_x: origin.x,
@@ -97,5 +97,5 @@ fn send_shadow_ray(
 #[inline(always)]
 fn facing_normals(hit: &SurfaceHit, direction: Vec3) -> (Vec3, Vec3) {
     let face = |normal: Vec3| if direction.dot(normal) > 0.0 { -normal } else { normal };
-    (face(hit.geometric_normal), face(hit.shading_normal))
+    (face(hit.point.geometric_normal), face(hit.point.shading_normal))
 }

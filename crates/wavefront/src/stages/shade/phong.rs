@@ -1,6 +1,8 @@
 //! Shades hits on Phong materials: ambient + diffuse + specular, the lecture's ordinary surface.
 
-use brewster_optics::{lambert, mirror_direction, phong_highlight};
+use brewster_optics::lambert;
+use brewster_optics::phong::highlight as phong_highlight;
+use brewster_optics::refraction::mirror;
 use glam::Vec3;
 
 use super::{facing_normals, send_shadow_ray};
@@ -26,20 +28,20 @@ pub fn shade_phong(
         let material = scene.materials.phong.get(hit.material as usize);
         let direction = ray.ray().direction;
         let (geometric, normal) = facing_normals(&hit, direction);
-        let mirror = mirror_direction(direction, normal);
-        let color = |source| scene.textures.evaluate(source, hit.uv);
-        let (diffuse, specular) = (lambert(color(material.diffuse)), color(material.specular));
+        let mirror = mirror(direction, normal);
+        let color = |source| scene.textures.evaluate(source, hit.point.uv);
+        let (diffuse, specular) = (lambert::brdf(color(material.diffuse)), color(material.specular));
 
         let ambient = ray.weight * color(material.ambient) * scene.ambient;
         contributions.push(Contribution { radiance: ambient, pixel: ray.pixel });
         for index in 0..scene.lights.len() {
             let light = scene.lights.get(index);
-            let seen = light.illuminate(hit.position);
+            let seen = light.illuminate(hit.point.position);
             let cosine = seen.direction.dot(normal);
             if cosine <= 0.0 || seen.direction.dot(geometric) <= 0.0 {
                 continue;
             }
-            let highlight = specular * phong_highlight(seen.direction.dot(mirror), material.exponent);
+            let highlight = specular * phong_highlight(seen.direction, mirror, material.exponent);
             let reflected: Vec3 = ray.weight * (diffuse * cosine + highlight) * seen.irradiance;
             send_shadow_ray(shadows, &hit, ray.pixel, ray.media, &light, seen.direction, reflected);
         }
