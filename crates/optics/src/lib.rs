@@ -10,6 +10,10 @@
 //! | Snell, mirror and refracted direction, total internal reflection, Brewster's angle | [`refraction`] |
 //! | Phong's highlight | [`phong`] |
 //! | Lambert's diffuse reflection | [`lambert`] |
+//! | rough metal, rough glass: GGX and its visible normals | [`microfacet`] |
+//! | what a rough surface reflects in all, by theory | [`albedo`] |
+//! | the frame of a lobe, weights and densities | [`lobe`], [`basis`] |
+//! | from the unit square to disks, hemispheres, cones, triangles | [`warp`] |
 //! | Beer–Lambert absorption | [`absorption`] |
 //! | sRGB, luminance, `#rrggbb` | [`color`] |
 //! | spectra to Rec.709 | [`spectrum`] |
@@ -60,15 +64,22 @@
 //! ```
 
 pub mod absorption;
+pub mod albedo;
+pub mod basis;
 pub mod color;
 pub mod fresnel;
 pub mod glasses;
 pub mod lambert;
+pub mod lobe;
 pub mod metals;
+pub mod microfacet;
 pub mod phong;
 pub mod refraction;
 pub mod spectrum;
+pub mod warp;
 pub mod wide;
 
+#[cfg(test)]
+mod statistics;
 #[cfg(test)]
 mod strategies;

@@ -28,16 +28,18 @@ pub(crate) fn thin_to_dense() -> impl Strategy<Value = (f32, f32)> {
     indices().prop_map(|(a, b)| (a.min(b), a.max(b)))
 }
 
+/// Directions spread evenly over the sphere.
+pub(crate) fn unit_vector() -> impl Strategy<Value = Vec3> {
+    (real(-1.0, 1.0), real(0.0, 1.0)).prop_map(|(z, turn)| {
+        let (z, phi) = (z as f64, TAU * turn as f64);
+        let rho = (1.0 - z * z).sqrt();
+        Vec3::new((rho * phi.cos()) as f32, (rho * phi.sin()) as f32, z as f32)
+    })
+}
+
 /// A direction and a normal on its side, both spread evenly over the sphere.
 pub(crate) fn incidence() -> impl Strategy<Value = (Vec3, Vec3)> {
-    let unit = || {
-        (real(-1.0, 1.0), real(0.0, 1.0)).prop_map(|(z, turn)| {
-            let (z, phi) = (z as f64, TAU * turn as f64);
-            let rho = (1.0 - z * z).sqrt();
-            Vec3::new((rho * phi.cos()) as f32, (rho * phi.sin()) as f32, z as f32)
-        })
-    };
-    (unit(), unit()).prop_map(|(direction, normal)| (direction, flip_towards_viewer(normal, direction)))
+    (unit_vector(), unit_vector()).prop_map(|(direction, normal)| (direction, flip_towards_viewer(normal, direction)))
 }
 
 /// Columns of every combination of `steps` numbers spread over 0..1, ends included, with two of the `values`.
