@@ -40,6 +40,7 @@ pub mod media;
 mod pattern;
 mod policy;
 pub mod queues;
+pub mod random;
 mod render;
 pub mod stages;
 pub mod stats;
