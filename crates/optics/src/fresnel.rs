@@ -186,7 +186,7 @@ pub fn amplitudes(cos_i: f32, cos_t: f32, eta_i: f32, eta_t: f32) -> Amplitudes 
 
 /// A conductor of complex index `eta + i k` against a dielectric of index `eta_i`; what is not reflected turns to heat.
 ///
-/// With `(a + ib)² = (η + ik)²/η1² - sin²θ` (Born and Wolf, equation 14.2.5 and following):
+/// With `(a + ib)² = (η + ik)²/η1² - sin²θ` (Born and Wolf, section 14.2):
 /// `R_s = ((a - cosθ)² + b²)/((a + cosθ)² + b²)` and
 /// `R_p = R_s ((a cosθ - sin²θ)² + b² cos²θ)/((a cosθ + sin²θ)² + b² cos²θ)`.
 /// Valid for `eta > 0` and `k >= 0`, both below 10⁹; with `k = 0` it is the dielectric, total reflection included.
@@ -542,8 +542,8 @@ mod tests {
             prop_assert!((angles.p - cosines.p).abs() < tolerance, "{angles:?} {cosines:?} ± {tolerance}");
         }
 
-        /// What is reflected and what the transmitted amplitudes carry on (`(η2 cosθ2)/(η1 cosθ1) t²`, Born and Wolf
-        /// 1.5.23) add up to 1, for s and for p, in both directions.
+        /// What is reflected and what the transmitted amplitudes carry on (`(η2 cosθ2)/(η1 cosθ1) t²`, Born and Wolf,
+        /// section 1.5.3) add up to 1, for s and for p, in both directions.
         #[test]
         fn energy_is_conserved(cos_i in real(0.01, 1.0), (thin, dense) in thin_to_dense()) {
             let cos_t = cos_t(cos_i, thin, dense).expect("from the thinner side");
