@@ -12,6 +12,7 @@ mod materials;
 mod settings;
 mod textures;
 mod trees;
+mod validate;
 
 pub use camera::{Camera, Projection};
 pub use environment::Background;

@@ -112,6 +112,12 @@ impl Instances<'_> {
         }
     }
 
+    /// The smallest box around an instance, in world space: empty for a mesh without area, and for a plane. An error says that
+    /// no tree can be built over it.
+    pub fn bounds(&self, instance: u32) -> Result<Aabb, TreeError> {
+        Ok(self.place(instance)?.map_or(Aabb::EMPTY, |place| place.aabb))
+    }
+
     /// Where an instance is; `None` for a plane, and for a mesh without area.
     fn place(&self, instance: u32) -> Result<Option<Placed>, TreeError> {
         let shape = self.shapes[instance as usize];
@@ -229,6 +235,13 @@ impl TopTree {
             aabb = self.nodes[node].union();
             at = self.nodes[node].parent;
         }
+    }
+
+    /// What a ray pays to pass the tree, by the surface area heuristic without constants: the area of all boxes over that of the
+    /// whole. Grows as boxes come to overlap. Looks at every node.
+    pub fn cost(&self) -> f32 {
+        let area = |node: &Node| (0..node.count as usize).map(|place| node.bounds(place).half_area()).sum::<f32>();
+        self.nodes.iter().map(area).sum::<f32>() / self.bounds().half_area().max(f32::MIN_POSITIVE)
     }
 
     /// The box around all instances that have an end, and a little more.

@@ -2,11 +2,12 @@
 
 use bevy_ecs::component::Component;
 
-use super::{Transform, WorldTransform};
+use super::{SceneKey, Transform};
 
 /// A camera at its entity's origin that looks along -Z with +Y up (glTF's convention). Scale in the transform is ignored.
 #[derive(Component, Clone, Copy, Debug, PartialEq)]
-#[require(Transform, WorldTransform)]
+#[require(Transform, SceneKey)]
+#[component(summary_tick)]
 pub struct Camera {
     /// How directions become pixels.
     pub projection: Projection,

@@ -3,11 +3,12 @@
 use bevy_ecs::component::Component;
 use glam::Vec3;
 
-use super::{Transform, WorldTransform};
+use super::{SceneKey, Transform};
 
 /// A light. Values are linear RGB, zero or more; place and direction come from the entity's transform.
 #[derive(Component, Clone, Copy, Debug, PartialEq)]
-#[require(Transform, WorldTransform)]
+#[require(Transform, SceneKey)]
+#[component(summary_tick)]
 pub enum Light {
     /// Light from a point to all sides.
     Point {

@@ -6,8 +6,12 @@ use brewster_buffers::Texture;
 use brewster_optics::fresnel::FresnelModel;
 use glam::Vec3;
 
+use super::SceneKey;
+
 /// A surface. Entities share one by [`UsesMaterial`], or carry their own.
 #[derive(Component, Clone, Debug, PartialEq)]
+#[require(SceneKey)]
+#[component(summary_tick)]
 pub enum Material {
     /// The lecture's ordinary material: ambient, diffuse and specular.
     Phong {
@@ -60,6 +64,7 @@ pub enum Material {
 
 /// The entity wears the [`Material`] of another entity.
 #[derive(Component, Clone, Copy, Debug, PartialEq, Eq)]
+#[component(summary_tick)]
 pub struct UsesMaterial(pub Entity);
 
 /// What a metal reflects.

@@ -7,13 +7,14 @@ use bevy_ecs::entity::Entity;
 use brewster_geometry::TriangleMesh;
 use glam::{Vec2, Vec3};
 
-use super::{Transform, WorldTransform};
+use super::{SceneKey, Transform};
 
 /// A shape in its entity's object space. Lengths are in meters, positive and finite.
 ///
 /// Which way a normal points decides what is inside: a closed shape's normals point out of it.
 #[derive(Component, Clone, Debug, PartialEq)]
-#[require(Transform, WorldTransform)]
+#[require(Transform, SceneKey)]
+#[component(summary_tick)]
 pub enum Shape {
     /// A sphere around the origin.
     Sphere {
@@ -66,5 +67,6 @@ pub enum Shape {
 
 /// The entity wears the [`Shape`] of another entity, which need not be placed itself.
 #[derive(Component, Clone, Copy, Debug, PartialEq, Eq)]
-#[require(Transform, WorldTransform)]
+#[require(Transform, SceneKey)]
+#[component(summary_tick)]
 pub struct UsesShape(pub Entity);

@@ -1,0 +1,253 @@
+//! What columns promise, checked: every id names a row, every number can be computed with, every tree covers its rows.
+
+use brewster_geometry::Affine;
+use glam::Vec3;
+
+use crate::{
+    Background, Camera, ColorSource, Light, MaterialKind, Materials, Projection, SceneBuffers, Settings, Texture,
+    TextureId,
+};
+
+/// A broken promise, in words.
+type Outcome = Result<(), String>;
+
+impl SceneBuffers {
+    /// Checks that ids are in range, keys ascend, numbers are finite, transforms have their inverses beside them, and trees cover
+    /// what they stand over. Returns the first broken promise. Looks at everything once.
+    pub fn validate(&self) -> Result<(), String> {
+        self.validate_instances()?;
+        self.geometry().validate()?;
+        self.validate_materials()?;
+        for (row, texture) in self.textures.rows.iter().enumerate() {
+            require(is_sound(texture), || format!("texture {row} is empty or not finite: {texture:?}"))?;
+        }
+        ascending("lights", self.lights.view().key.iter().copied())?;
+        for row in 0..self.lights.len() {
+            let light = self.lights.get(row);
+            require(is_lit(&light), || format!("light {row} is not finite or has no direction: {light:?}"))?;
+        }
+        ascending("cameras", self.cameras.iter().map(|camera| camera.key))?;
+        for (row, camera) in self.cameras.iter().enumerate() {
+            require(sees(camera), || format!("camera {row} has no frame or no picture: {camera:?}"))?;
+        }
+        require(is_color(self.ambient), || format!("ambient light is {}", self.ambient))?;
+        let background = match self.background {
+            Background::Constant(color) => is_color(color),
+            Background::Gradient { horizon, zenith, ground } => [horizon, zenith, ground].into_iter().all(is_color),
+        };
+        require(background, || format!("the background is {:?}", self.background))?;
+        require(can_be_met(&self.settings), || format!("settings cannot be met: {:?}", self.settings))
+    }
+
+    fn validate_instances(&self) -> Outcome {
+        let instances = self.instances.view();
+        ascending("instances", instances.key.iter().copied())?;
+        for row in 0..instances.len() {
+            let instance = instances.get(row);
+            let inverse: Option<Affine> = instance.object_to_world.inverse().ok();
+            require(inverse == Some(instance.world_to_object), || {
+                format!("instance {row} has {:?} for an inverse instead of {inverse:?}", instance.world_to_object)
+            })?;
+            let material = instance.material.0;
+            require((material as usize) < self.materials.rows.len(), || {
+                format!("instance {row} has material {material} of {}", self.materials.rows.len())
+            })?;
+        }
+        Ok(())
+    }
+
+    /// Rows of a kind stand in the order of the materials that they belong to, one each.
+    fn validate_materials(&self) -> Outcome {
+        let Materials { rows, phong, lambert, metal, dielectric, emissive } = &self.materials;
+        ascending("materials", rows.view().key.iter().copied())?;
+        let mut owned = [0; MaterialKind::ALL.len()];
+        for row in 0..rows.len() {
+            let material = rows.get(row);
+            let expected = &mut owned[material.kind as usize];
+            require(material.row == *expected, || {
+                format!("material {row} is {} row {} instead of {expected}", material.kind.name(), material.row)
+            })?;
+            *expected += 1;
+        }
+        let lengths = [phong.len(), lambert.len(), metal.len(), dielectric.len(), emissive.len()];
+        for ((kind, owned), length) in MaterialKind::ALL.into_iter().zip(owned).zip(lengths) {
+            require(owned as usize == length, || format!("{length} {} rows for {owned} materials", kind.name()))?;
+        }
+
+        let (phong, metal, dielectric) = (phong.view(), metal.view(), dielectric.view());
+        let colors = [
+            phong.ambient,
+            phong.diffuse,
+            phong.specular,
+            lambert.view().albedo,
+            metal.r0,
+            metal.specular,
+            dielectric.specular,
+            emissive.view().radiance,
+        ];
+        for color in colors.into_iter().flatten() {
+            require(self.has_color(color), || format!("a material's color is {color:?}"))?;
+        }
+        let vectors = [metal.eta, metal.k, dielectric.absorption];
+        let numbers = [phong.exponent, metal.exponent, dielectric.exponent, dielectric.ior];
+        let finite = vectors.into_iter().flatten().all(|v| v.is_finite())
+            && numbers.into_iter().flatten().all(|x| x.is_finite());
+        require(finite, || "a material has a number that is not finite".to_owned())
+    }
+
+    fn has_color(&self, color: &ColorSource) -> bool {
+        let ColorSource { constant, texture } = *color;
+        is_color(constant) && (texture == TextureId::NONE || (texture.0 as usize) < self.textures.rows.len())
+    }
+}
+
+fn require(holds: bool, broken: impl FnOnce() -> String) -> Outcome {
+    if holds { Ok(()) } else { Err(broken()) }
+}
+
+/// Keys are in order and no two are the same.
+fn ascending(table: &str, keys: impl Iterator<Item = u64>) -> Outcome {
+    let mut last = None;
+    for (row, key) in keys.enumerate() {
+        require(last < Some(key), || format!("{table}: key {key} of row {row} is not above {last:?}"))?;
+        last = Some(key);
+    }
+    Ok(())
+}
+
+fn is_color(color: Vec3) -> bool {
+    color.is_finite() && color.min_element() >= 0.0
+}
+
+/// Rounding of f32 in a unit vector or in a product of two.
+const ROUNDING: f32 = 1e-5;
+
+fn is_unit(direction: Vec3) -> bool {
+    (direction.length_squared() - 1.0).abs() <= ROUNDING
+}
+
+fn is_sound(texture: &Texture) -> bool {
+    match texture {
+        Texture::Checker { a, b, size } => is_color(*a) && is_color(*b) && *size > 0.0 && size.is_finite(),
+        Texture::Gradient { from, to, .. } => is_color(*from) && is_color(*to),
+        Texture::Image { image, repeat } => {
+            let pixels = image.width as usize * image.height as usize;
+            pixels > 0 && image.pixels.len() == pixels && repeat.is_finite()
+        }
+    }
+}
+
+fn is_lit(light: &Light) -> bool {
+    light.position.is_finite()
+        && is_unit(light.direction)
+        && is_color(light.intensity)
+        && light.cone_scale.is_finite()
+        && light.cone_offset.is_finite()
+}
+
+fn sees(camera: &Camera) -> bool {
+    let Camera { position, right, up, forward, projection, aperture_radius, focus_distance, .. } = camera;
+    let extent = match *projection {
+        Projection::Perspective(tangent) => tangent,
+        Projection::Orthographic(half_height) => half_height,
+    };
+    let turns_right = right.cross(*up).dot(-*forward);
+    position.is_finite()
+        && [right, up, forward].into_iter().all(|axis| is_unit(*axis))
+        && (turns_right - 1.0).abs() <= ROUNDING
+        && extent > 0.0
+        && extent.is_finite()
+        && *aperture_radius >= 0.0
+        && *focus_distance > 0.0
+        && (aperture_radius + focus_distance).is_finite()
+}
+
+fn can_be_met(settings: &Settings) -> bool {
+    settings.resolution.min_element() >= 1
+        && settings.samples >= 1
+        && settings.contribution_threshold >= 0.0
+        && settings.contribution_threshold.is_finite()
+        && settings.exposure.is_finite()
+}
+
+#[cfg(test)]
+mod tests {
+    use brewster_geometry::{ShapeKind, ShapeRef, Sphere, TopTree};
+
+    use super::*;
+    use crate::{Instance, Lambert, LightKind, MaterialId, MaterialRow};
+
+    /// Two balls of one material under a lamp, and a camera.
+    fn scene() -> SceneBuffers {
+        let mut buffers = SceneBuffers::default();
+        buffers.shapes.spheres.push(Sphere { radius: 1.0 });
+        buffers.textures.rows.push(Texture::Checker { a: Vec3::ZERO, b: Vec3::ONE, size: 1.0 });
+        buffers.materials.rows.push(MaterialRow { kind: MaterialKind::Lambert, row: 0, key: 3 });
+        let albedo = ColorSource { constant: Vec3::ZERO, texture: TextureId(0) };
+        buffers.materials.lambert.push(Lambert { albedo });
+        for key in [1, 2] {
+            let object_to_world = Affine::translation(Vec3::X * key as f32);
+            buffers.instances.push(Instance {
+                object_to_world,
+                world_to_object: object_to_world.inverse().unwrap(),
+                shape: ShapeRef { kind: ShapeKind::Sphere, row: 0 },
+                material: MaterialId(0),
+                key,
+            });
+        }
+        buffers.trees.top = TopTree::build(&buffers.geometry().instances()).unwrap();
+        buffers.lights.push(Light {
+            kind: LightKind::Point,
+            position: Vec3::Y,
+            direction: Vec3::NEG_Z,
+            intensity: Vec3::ONE,
+            cone_scale: 0.0,
+            cone_offset: 1.0,
+            key: 4,
+        });
+        buffers.cameras.push(Camera {
+            name: String::new(),
+            position: Vec3::Z,
+            right: Vec3::X,
+            up: Vec3::Y,
+            forward: Vec3::NEG_Z,
+            projection: Projection::Perspective(0.5),
+            aperture_radius: 0.0,
+            focus_distance: 1.0,
+            key: 5,
+        });
+        buffers
+    }
+
+    /// Every broken promise is found, and the message names it.
+    #[test]
+    fn broken_promises_are_found() {
+        assert_eq!(scene().validate(), Ok(()));
+        assert_eq!(SceneBuffers::default().validate(), Ok(()));
+        let check = |named: &str, spoil: fn(&mut SceneBuffers)| {
+            let mut buffers = scene();
+            spoil(&mut buffers);
+            let error = buffers.validate().expect_err(named);
+            assert!(error.contains(named), "{error} does not name {named}");
+        };
+        check("instances: key 1", |b| b.instances.view_mut().key[1] = 1);
+        check("instance 1", |b| b.instances.view_mut().object_to_world[1] = Affine::IDENTITY);
+        check("instance 0 has material 1", |b| b.instances.view_mut().material[0].0 = 1);
+        check("instance 1", |b| b.instances.view_mut().shape[1].row = 7);
+        check("2", |b| b.instances.truncate(1));
+        check("planes", |b| b.trees.planes.push(0));
+        check("lambert row 1", |b| b.materials.rows.view_mut().row[0] = 1);
+        check("0 lambert rows for 1", |b| b.materials.lambert.clear());
+        check("color", |b| b.materials.lambert.view_mut().albedo[0].texture.0 = 1);
+        check("color", |b| b.materials.lambert.view_mut().albedo[0].constant.y = f32::NAN);
+        check("texture 0", |b| b.textures.rows[0] = Texture::Checker { a: Vec3::ZERO, b: Vec3::ONE, size: 0.0 });
+        check("light 0", |b| b.lights.view_mut().direction[0] = Vec3::ONE);
+        check("light 0", |b| b.lights.view_mut().intensity[0].x = f32::INFINITY);
+        check("camera 0", |b| b.cameras[0].right = Vec3::NEG_X);
+        check("camera 0", |b| b.cameras[0].projection = Projection::Perspective(f32::NAN));
+        check("cameras: key 5", |b| b.cameras.push(b.cameras[0].clone()));
+        check("ambient", |b| b.ambient.z = -1.0);
+        check("background", |b| b.background = Background::Constant(Vec3::NAN));
+        check("settings", |b| b.settings.samples = 0);
+    }
+}

@@ -1,0 +1,150 @@
+//! Cameras: one row each, in the order of keys. When one is edited all are gone through, and what differs is written.
+
+use std::collections::BTreeMap;
+
+use bevy_ecs::entity::Entity;
+use bevy_ecs::lifecycle::RemovedComponents;
+use bevy_ecs::name::Name;
+use bevy_ecs::resource::Resource;
+use bevy_ecs::system::{Query, Res, ResMut};
+use brewster_buffers as buffers;
+use brewster_lanes::math;
+use glam::{Affine3A, Vec3};
+
+use super::Buffers;
+use super::directory::Owner;
+use super::report::{FlattenReport, Problem};
+use super::rows::overwrite;
+use crate::components::{Camera, Projection, SceneKey, WorldTransform};
+use crate::systems::{Moved, Watch, for_each_changed};
+
+/// Which cameras were left out.
+#[derive(Resource, Default)]
+pub(super) struct CameraIndex {
+    pub(super) invalid: BTreeMap<Entity, Problem>,
+}
+
+/// Writes cameras if any of them changed, moved, came or went, or has another name.
+pub(super) fn flatten_cameras(
+    (watch, keys, names, moved): (Watch<Camera>, Watch<SceneKey>, Watch<Name>, Res<Moved>),
+    (mut removed, mut unnamed): (RemovedComponents<Camera>, RemovedComponents<Name>),
+    cameras: Query<(Entity, &SceneKey, &WorldTransform, &Camera, Option<&Name>)>,
+    mut index: ResMut<CameraIndex>,
+    mut buffers: ResMut<Buffers>,
+    mut report: ResMut<FlattenReport>,
+) {
+    let mut stale = removed.read().count() + unnamed.read().filter(|&entity| cameras.contains(entity)).count() > 0;
+    for_each_changed(&watch, |_, _| stale = true);
+    for_each_changed(&keys, |entity, _| stale |= cameras.contains(entity));
+    for_each_changed(&names, |entity, _| stale |= cameras.contains(entity));
+    if !stale && !moved.0.iter().any(|&entity| cameras.contains(entity)) {
+        return;
+    }
+    let mut sorted: Vec<_> = cameras
+        .iter()
+        .map(|(entity, key, place, camera, name)| (Owner { key: key.0, entity }, place.0, camera, name))
+        .collect();
+    sorted.sort_unstable_by_key(|&(owner, ..)| owner);
+
+    index.invalid.clear();
+    let mut rows: Vec<buffers::Camera> = Vec::with_capacity(sorted.len());
+    let mut last: Option<Owner> = None;
+    for (owner, place, camera, name) in sorted {
+        let name = name.map_or("", |name| name.as_str());
+        let row = owner.check_after(last.as_ref());
+        match row.and_then(|()| flatten(camera, place, name, owner.key).map_err(Problem::Camera)) {
+            Ok(row) => rows.push(row),
+            Err(problem) => {
+                index.invalid.insert(owner.entity, problem);
+                continue;
+            }
+        }
+        last = Some(owner);
+    }
+    report.cameras = overwrite(&mut buffers.0.cameras, rows);
+}
+
+/// The row of a camera at a place; the error says what must hold.
+fn flatten(camera: &Camera, place: Affine3A, name: &str, key: u64) -> Result<buffers::Camera, &'static str> {
+    let [right, up, forward] = frame(place).ok_or("a camera's transform must not flatten its view, nor be infinite")?;
+    let projection = match camera.projection {
+        Projection::Perspective { vfov } if vfov > 0.0 && vfov < std::f32::consts::PI => {
+            buffers::Projection::Perspective(math::tan(0.5 * vfov))
+        }
+        Projection::Perspective { .. } => return Err("a camera's angle of view must be between 0 and 180 degrees"),
+        Projection::Orthographic { height } if height > 0.0 && height.is_finite() => {
+            buffers::Projection::Orthographic(0.5 * height)
+        }
+        Projection::Orthographic { .. } => return Err("a camera's height must be above 0"),
+    };
+    let (aperture_radius, focus_distance) =
+        camera.lens.map_or((0.0, 1.0), |lens| (lens.aperture_radius, lens.focus_distance));
+    if !(aperture_radius >= 0.0 && aperture_radius.is_finite() && focus_distance > 0.0 && focus_distance.is_finite()) {
+        return Err("a lens must have a radius of at least 0 and a focus distance above 0");
+    }
+    Ok(buffers::Camera {
+        name: name.to_owned(),
+        position: place.translation.into(),
+        right,
+        up,
+        forward,
+        projection,
+        aperture_radius,
+        focus_distance,
+        key,
+    })
+}
+
+/// Right, up and forward at a place: unit vectors at right angles and right-handed, forward along -Z and up as near +Y as can be.
+fn frame(place: Affine3A) -> Option<[Vec3; 3]> {
+    let forward = -place.matrix3.z_axis.as_dvec3();
+    let forward = forward / forward.length();
+    let right = forward.cross(place.matrix3.y_axis.as_dvec3());
+    let right = right / right.length();
+    let up = right.cross(forward);
+    let is_sound = place.is_finite() && right.is_finite() && up.is_finite();
+    is_sound.then_some([right.as_vec3(), up.as_vec3(), forward.as_vec3()])
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Quat;
+
+    use super::*;
+
+    #[test]
+    fn a_frame_forgets_scale_and_shear() {
+        assert_eq!(frame(Affine3A::IDENTITY), Some([Vec3::X, Vec3::Y, Vec3::NEG_Z]));
+        let turn = Quat::from_rotation_y(0.7) * Quat::from_rotation_x(-0.2);
+        let turned = Affine3A::from_quat(turn);
+        let scaled = turned * Affine3A::from_scale(Vec3::new(3.0, 0.1, 40.0));
+        let expected = [turn * Vec3::X, turn * Vec3::Y, turn * Vec3::NEG_Z];
+        for place in [turned, scaled] {
+            let frame = frame(place).unwrap();
+            for (axis, expected) in frame.into_iter().zip(expected) {
+                assert!((axis - expected).length() < 1e-6 && (axis.length() - 1.0).abs() < 1e-6, "{place} {axis}");
+            }
+        }
+        for flat in [Vec3::new(1.0, 0.0, 1.0), Vec3::new(1.0, 1.0, 0.0), Vec3::NAN] {
+            assert_eq!(frame(Affine3A::from_scale(flat)), None);
+        }
+    }
+
+    #[test]
+    fn views_that_see_nothing_are_refused() {
+        let flatten = |projection| flatten(&Camera { projection, lens: None }, Affine3A::IDENTITY, "", 0);
+        let half_pi = std::f32::consts::FRAC_PI_2;
+        let buffers::Projection::Perspective(tangent) =
+            flatten(Projection::Perspective { vfov: half_pi }).unwrap().projection
+        else {
+            panic!()
+        };
+        assert!((tangent - 1.0).abs() < 1e-6, "tan 45°: {tangent}");
+        for vfov in [0.0, -1.0, 3.2, f32::NAN] {
+            assert!(flatten(Projection::Perspective { vfov }).is_err(), "{vfov}");
+        }
+        for height in [0.0, -1.0, f32::INFINITY, f32::NAN] {
+            assert!(flatten(Projection::Orthographic { height }).is_err(), "{height}");
+        }
+    }
+}

@@ -1,0 +1,253 @@
+//! Materials: every entity with a [`Material`] owns a row, in the order of keys, and a row of its kind's columns.
+//!
+//! A material that keeps its kind and its number of textures costs one row. Anything else (one more, one less, another kind) writes
+//! the tables over from the first row to the last and takes the instances along.
+
+use bevy_ecs::entity::Entity;
+use bevy_ecs::lifecycle::RemovedComponents;
+use bevy_ecs::resource::Resource;
+use bevy_ecs::system::{Query, ResMut};
+use brewster_buffers as buffers;
+use brewster_buffers::{MaterialId, MaterialKind, MaterialRow, Materials};
+use brewster_optics::fresnel::{FresnelModel, f0_conductor};
+use glam::Vec3;
+
+use super::directory::{Directory, Owner};
+use super::instances::InstanceIndex;
+use super::report::{FlattenReport, Problem};
+use super::rows::Rows;
+use super::textures::{self, TextureWriter};
+use super::{Buffers, Edits};
+use crate::components::{Color, Material, Reflectance, SceneKey};
+use crate::systems::{Watch, for_each_changed};
+
+/// Which entity has which material.
+#[derive(Resource, Default)]
+pub(super) struct MaterialIndex {
+    pub(super) directory: Directory,
+    /// The first texture of each material, and then the end of the last one's.
+    textures: Vec<usize>,
+    /// Whether the tables have to be written over.
+    stale: bool,
+}
+
+impl MaterialIndex {
+    /// The material of an entity that has one.
+    pub(super) fn find(&self, entity: Entity) -> Option<MaterialId> {
+        self.directory.row(entity).map(MaterialId)
+    }
+
+    /// The row of an entity's material if the material can be written over the one that is there.
+    fn keeps_row(&self, entity: Entity, material: &Material, materials: &Materials) -> Option<usize> {
+        let row = self.directory.row(entity)? as usize;
+        let textures = self.textures[row + 1] - self.textures[row];
+        let keeps = kind(material) == materials.rows.get(row).kind
+            && colors(material).into_iter().flatten().filter(|color| is_texture(color)).count() == textures
+            && check(material).is_ok();
+        keeps.then_some(row)
+    }
+}
+
+/// Writes the row of each material that changed within its kind, unless that is not enough.
+pub(super) fn flatten_changed_materials(
+    (watch, keys): (Watch<Material>, Watch<SceneKey>),
+    mut removed: RemovedComponents<Material>,
+    materials: Query<&Material>,
+    mut index: ResMut<MaterialIndex>,
+    mut buffers: ResMut<Buffers>,
+    mut report: ResMut<FlattenReport>,
+) {
+    let (index, buffers) = (&mut *index, &mut buffers.0);
+    let gone = |&entity: &Entity| index.directory.knows(entity) && !materials.contains(entity);
+    let mut stale = removed.read().filter(gone).count() > 0;
+    for_each_changed(&keys, |entity, key| stale |= index.directory.is_out_of_order(entity, key));
+    let mut changed: Vec<(usize, Entity)> = Vec::new();
+    for_each_changed(&watch, |entity, material| match index.keeps_row(entity, material, &buffers.materials) {
+        Some(row) => changed.push((row, entity)),
+        None => stale = true,
+    });
+    index.stale = stale;
+    if stale {
+        return;
+    }
+    for (row, entity) in changed {
+        let material = materials.get(entity).expect("it has just changed");
+        let kind_row = buffers.materials.rows.get(row).row as usize;
+        let mut writer = TextureWriter::new(&mut buffers.textures.rows, index.textures[row]);
+        let differs = put(&mut buffers.materials, &mut writer, material, kind_row);
+        report.textures.rewritten += writer.edits().rewritten;
+        report.materials.rewritten += usize::from(differs || !writer.edits().is_none());
+    }
+}
+
+/// Where materials came, went or changed their kind: writes the tables over and gives instances the new rows of their materials.
+pub(super) fn regroup_materials(
+    materials: Query<(Entity, &SceneKey, &Material)>,
+    mut index: ResMut<MaterialIndex>,
+    mut instances: ResMut<InstanceIndex>,
+    mut edits: ResMut<Edits>,
+    mut buffers: ResMut<Buffers>,
+    mut report: ResMut<FlattenReport>,
+) {
+    let (index, buffers) = (&mut *index, &mut buffers.0);
+    if !index.stale {
+        return;
+    }
+    let mut sorted: Vec<(Owner, &Material)> =
+        materials.iter().map(|(entity, key, material)| (Owner { key: key.0, entity }, material)).collect();
+    sorted.sort_unstable_by_key(|&(owner, _)| owner);
+
+    index.directory.invalid.clear();
+    index.textures.clear();
+    let mut owners: Vec<Owner> = Vec::with_capacity(sorted.len());
+    let mut written = [0; MaterialKind::ALL.len()];
+    let before = buffers.materials.rows.len();
+    let mut writer = TextureWriter::new(&mut buffers.textures.rows, 0);
+    for (owner, material) in sorted {
+        let sound = check(material).map_err(Problem::Material).and_then(|()| owner.check_after(owners.last()));
+        if let Err(problem) = sound {
+            index.directory.invalid.insert(owner.entity, problem);
+            continue;
+        }
+        index.textures.push(writer.next());
+        let (row, kind) = (owners.len(), kind(material));
+        let kind_row = written[kind as usize];
+        written[kind as usize] += 1;
+        let mut differs = put(&mut buffers.materials, &mut writer, material, kind_row);
+        differs |= buffers.materials.rows.put(row, MaterialRow { kind, row: kind_row as u32, key: owner.key });
+        report.materials.count(row, before, differs);
+        owners.push(owner);
+    }
+    index.textures.push(writer.next());
+    report.textures = writer.finish();
+    report.materials.removed = before.saturating_sub(owners.len());
+    truncate(&mut buffers.materials, owners.len(), written);
+
+    let moves = index.directory.reorder(owners);
+    for (source, material) in instances.sources.iter_mut().zip(buffers.instances.view_mut().material) {
+        match moves.of(material.0) {
+            Some(row) => {
+                report.instances.rewritten += usize::from(material.0 != row);
+                material.0 = row;
+            }
+            None => edits.rewired.push(source.entity),
+        }
+    }
+    edits.rewired.extend(moves.arrived);
+}
+
+/// The kind of a material.
+fn kind(material: &Material) -> MaterialKind {
+    match material {
+        Material::Phong { .. } => MaterialKind::Phong,
+        Material::Lambert { .. } => MaterialKind::Lambert,
+        Material::Metal { .. } => MaterialKind::Metal,
+        Material::Dielectric { .. } => MaterialKind::Dielectric,
+        Material::Emissive { .. } => MaterialKind::Emissive,
+    }
+}
+
+/// The colors of a material.
+fn colors(material: &Material) -> [Option<&Color>; 3] {
+    match material {
+        Material::Phong { ambient, diffuse, specular, .. } => [Some(ambient), Some(diffuse), Some(specular)],
+        Material::Metal { reflectance: Reflectance::Normal(r0), specular, .. } => [Some(r0), Some(specular), None],
+        Material::Metal { specular: color, .. }
+        | Material::Lambert { albedo: color }
+        | Material::Dielectric { specular: color, .. }
+        | Material::Emissive { radiance: color } => [Some(color), None, None],
+    }
+}
+
+fn is_texture(color: &Color) -> bool {
+    matches!(color, Color::Texture(_))
+}
+
+/// Writes a material to a row of its kind and its textures where the writer stands. Says whether another one stood in the row.
+fn put(materials: &mut Materials, textures: &mut TextureWriter<'_>, material: &Material, row: usize) -> bool {
+    let mut source = |color: &Color| textures.source(color);
+    match material {
+        Material::Phong { ambient, diffuse, specular, exponent } => {
+            let (ambient, diffuse, specular) = (source(ambient), source(diffuse), source(specular));
+            materials.phong.put(row, buffers::Phong { ambient, diffuse, specular, exponent: *exponent })
+        }
+        Material::Lambert { albedo } => materials.lambert.put(row, buffers::Lambert { albedo: source(albedo) }),
+        Material::Metal { reflectance, fresnel, specular, exponent } => {
+            // Where there is no index, one without effect stands in for it.
+            let (r0, eta, k) = match reflectance {
+                Reflectance::Normal(r0) => (source(r0), Vec3::ONE, Vec3::ZERO),
+                &Reflectance::Index { eta, k } => {
+                    let r0 = [0, 1, 2].map(|channel| f0_conductor(1.0, eta[channel], k[channel]));
+                    (buffers::ColorSource::constant(Vec3::from_array(r0)), eta, k)
+                }
+            };
+            let specular = source(specular);
+            materials.metal.put(row, buffers::Metal { r0, eta, k, fresnel: *fresnel, specular, exponent: *exponent })
+        }
+        &Material::Dielectric { ior, fresnel, ref specular, exponent, absorption, priority } => {
+            let specular = source(specular);
+            materials
+                .dielectric
+                .put(row, buffers::Dielectric { ior, fresnel, specular, exponent, absorption, priority })
+        }
+        Material::Emissive { radiance } => {
+            materials.emissive.put(row, buffers::Emissive { radiance: source(radiance) })
+        }
+    }
+}
+
+/// Drops what lies beyond the rows that were written, in all tables.
+fn truncate(materials: &mut Materials, rows: usize, written: [usize; MaterialKind::ALL.len()]) {
+    let Materials { rows: all, phong, lambert, metal, dielectric, emissive } = materials;
+    all.truncate(rows);
+    phong.truncate(written[MaterialKind::Phong as usize]);
+    lambert.truncate(written[MaterialKind::Lambert as usize]);
+    metal.truncate(written[MaterialKind::Metal as usize]);
+    dielectric.truncate(written[MaterialKind::Dielectric as usize]);
+    emissive.truncate(written[MaterialKind::Emissive as usize]);
+}
+
+/// Checks the numbers of a material; the error says what must hold.
+fn check(material: &Material) -> Result<(), &'static str> {
+    for color in colors(material).into_iter().flatten() {
+        match color {
+            &Color::Constant(color) if textures::is_color(color) => (),
+            Color::Constant(_) => return Err("a color must be finite and at least 0"),
+            Color::Texture(texture) => textures::check(texture)?,
+        }
+    }
+    let exponent_is_sound = |exponent: f32| exponent >= 0.0 && exponent.is_finite();
+    let rules = match *material {
+        Material::Phong { exponent, .. } => [(exponent_is_sound(exponent), EXPONENT), SOUND, SOUND],
+        Material::Lambert { .. } | Material::Emissive { .. } => [SOUND; 3],
+        Material::Metal { ref reflectance, fresnel, exponent, .. } => {
+            let (reflectance_is_sound, has_index) = match reflectance {
+                Reflectance::Normal(Color::Constant(r0)) => (r0.max_element() <= 1.0, false),
+                Reflectance::Normal(Color::Texture(_)) => (true, false),
+                Reflectance::Index { eta, k } => {
+                    let finite = eta.is_finite() && k.is_finite();
+                    (finite && eta.min_element() > 0.0 && k.min_element() >= 0.0, true)
+                }
+            };
+            let model_is_sound = match fresnel {
+                FresnelModel::Exact => has_index,
+                FresnelModel::Schlick => true,
+                FresnelModel::SchlickThetaM => false,
+            };
+            [
+                (exponent_is_sound(exponent), EXPONENT),
+                (reflectance_is_sound, "a metal's reflectance must be at most 1, its eta above 0, its k at least 0"),
+                (model_is_sound, "a metal's Fresnel model must be Schlick, or with an index Exact"),
+            ]
+        }
+        Material::Dielectric { ior, exponent, absorption, .. } => [
+            (exponent_is_sound(exponent), EXPONENT),
+            (ior >= 1.0 && ior.is_finite(), "an index of refraction must be at least 1"),
+            (absorption.is_finite() && absorption.min_element() >= 0.0, "absorption must be at least 0"),
+        ],
+    };
+    rules.into_iter().try_for_each(|(holds, rule)| if holds { Ok(()) } else { Err(rule) })
+}
+
+const SOUND: (bool, &str) = (true, "");
+const EXPONENT: &str = "an exponent must be at least 0";

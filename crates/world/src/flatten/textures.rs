@@ -1,0 +1,125 @@
+//! Textures: one row for each color that comes from a texture, in the order of materials and, within one, of its fields. Images are
+//! shared, not copied.
+
+use std::sync::Arc;
+
+use brewster_buffers::{ColorSource, Texture, TextureId};
+use glam::Vec3;
+
+use super::report::RowEdits;
+use crate::components::Color;
+
+/// Writes textures over those of a table, from some row on.
+pub(super) struct TextureWriter<'a> {
+    rows: &'a mut Vec<Texture>,
+    next: usize,
+    before: usize,
+    edits: RowEdits,
+}
+
+impl TextureWriter<'_> {
+    pub(super) fn new(rows: &mut Vec<Texture>, next: usize) -> TextureWriter<'_> {
+        let before = rows.len();
+        TextureWriter { rows, next, before, edits: RowEdits::default() }
+    }
+
+    /// The row of the next texture.
+    pub(super) fn next(&self) -> usize {
+        self.next
+    }
+
+    /// What a column holds for a color; its texture, if there is one, becomes the next row.
+    pub(super) fn source(&mut self, color: &Color) -> ColorSource {
+        let texture = match color {
+            Color::Constant(color) => return ColorSource::constant(*color),
+            Color::Texture(texture) => texture.clone(),
+        };
+        let row = self.next;
+        self.next += 1;
+        let differs = match self.rows.get_mut(row) {
+            Some(old) => !same(&std::mem::replace(old, texture), &self.rows[row]),
+            None => {
+                self.rows.push(texture);
+                true
+            }
+        };
+        self.edits.count(row, self.before, differs);
+        ColorSource { constant: Vec3::ZERO, texture: TextureId(row as u32) }
+    }
+
+    /// What was written.
+    pub(super) fn edits(&self) -> RowEdits {
+        self.edits
+    }
+
+    /// Drops the rows that were not written over.
+    pub(super) fn finish(mut self) -> RowEdits {
+        self.rows.truncate(self.next);
+        self.edits.removed = self.before.saturating_sub(self.next);
+        self.edits
+    }
+}
+
+/// Whether two textures are equal; images are if they are one in memory.
+fn same(a: &Texture, b: &Texture) -> bool {
+    match (a, b) {
+        (Texture::Image { image: a, repeat: times_a }, Texture::Image { image: b, repeat: times_b }) => {
+            Arc::ptr_eq(a, b) && times_a == times_b
+        }
+        _ => a == b,
+    }
+}
+
+/// Whether all channels are finite and at least 0.
+pub(super) fn is_color(color: Vec3) -> bool {
+    color.is_finite() && color.min_element() >= 0.0
+}
+
+/// Checks a texture; the error says what must hold.
+pub(super) fn check(texture: &Texture) -> Result<(), &'static str> {
+    let sound = match texture {
+        Texture::Checker { a, b, size } => is_color(*a) && is_color(*b) && *size > 0.0 && size.is_finite(),
+        Texture::Gradient { from, to, .. } => is_color(*from) && is_color(*to),
+        Texture::Image { image, repeat } => {
+            let pixels = image.width as usize * image.height as usize;
+            pixels > 0 && image.pixels.len() == pixels && repeat.is_finite()
+        }
+    };
+    if sound {
+        Ok(())
+    } else {
+        Err("a texture's colors must be finite and at least 0, its squares and its image not empty")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn textures_are_written_over_in_order() {
+        let checker = |size| Texture::Checker { a: Vec3::ZERO, b: Vec3::ONE, size };
+        let mut rows = vec![checker(1.0), checker(2.0), checker(3.0)];
+        let mut writer = TextureWriter::new(&mut rows, 0);
+        let sources = [checker(1.0), checker(5.0)].map(|texture| writer.source(&Color::Texture(texture)));
+        assert_eq!(sources.map(|source| source.texture), [TextureId(0), TextureId(1)]);
+        assert_eq!(writer.source(&Color::WHITE), ColorSource::constant(Vec3::ONE));
+        assert_eq!(writer.finish(), RowEdits { added: 0, removed: 1, rewritten: 1 });
+        assert_eq!(rows, [checker(1.0), checker(5.0)]);
+    }
+
+    #[test]
+    fn empty_squares_and_images_are_refused() {
+        let image = |width, pixels| brewster_buffers::Image { width, height: 1, pixels: vec![[0.0; 3]; pixels] };
+        for (texture, sound) in [
+            (Texture::Checker { a: Vec3::ZERO, b: Vec3::ONE, size: 0.5 }, true),
+            (Texture::Checker { a: Vec3::ZERO, b: Vec3::ONE, size: 0.0 }, false),
+            (Texture::Checker { a: Vec3::NAN, b: Vec3::ONE, size: 0.5 }, false),
+            (Texture::Image { image: Arc::new(image(2, 2)), repeat: 1.0 }, true),
+            (Texture::Image { image: Arc::new(image(2, 1)), repeat: 1.0 }, false),
+            (Texture::Image { image: Arc::new(image(0, 0)), repeat: 1.0 }, false),
+        ] {
+            assert_eq!(check(&texture).is_ok(), sound, "{texture:?}");
+        }
+    }
+}
