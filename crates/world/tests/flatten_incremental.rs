@@ -16,8 +16,8 @@ use brewster_buffers::{Axis, Image, SceneBuffers, Texture};
 use brewster_geometry::{Hit, HitColumns, Rays, TriangleMesh, closest_hits};
 use brewster_lanes::Level;
 use brewster_optics::fresnel::FresnelModel;
+use brewster_world::Scene;
 use brewster_world::components::*;
-use brewster_world::{Scene, TopTreeEdit};
 use glam::{Affine3A, Quat, Vec2, Vec3};
 
 use random::Random;

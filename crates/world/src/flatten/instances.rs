@@ -245,8 +245,9 @@ pub(super) fn flatten_moved_instances(
 /// Removes the rows of an ascending list and closes the gaps; costs what lies behind the first of them.
 fn remove_rows(columns: &mut InstanceColumns, sources: &mut Vec<Source>, rows: &[usize]) {
     let mut rows = rows.iter().copied().peekable();
-    let Some(mut end) = rows.peek().copied() else { return };
-    for row in end..columns.len() {
+    let Some(first) = rows.peek().copied() else { return };
+    let mut end = first;
+    for row in first..columns.len() {
         if rows.next_if_eq(&row).is_none() {
             columns.set(end, columns.get(row));
             sources[end] = sources[row];

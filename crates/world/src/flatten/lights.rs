@@ -140,7 +140,7 @@ mod tests {
     /// Worked out by hand from the definition of the ramp: 1 at the inner angle, 0 at the outer one.
     #[test]
     fn a_cone_goes_from_one_to_zero() {
-        for (inner, outer) in [(0.0f32, 0.5f32), (0.3, 0.7), (0.0, 1.5707963), (0.2, 0.9)] {
+        for (inner, outer) in [(0.0f32, 0.5f32), (0.3, 0.7), (0.0, std::f32::consts::FRAC_PI_2), (0.2, 0.9)] {
             let (scale, offset) = cone(inner, outer).unwrap();
             let at = |angle: f32| angle.cos() * scale + offset;
             assert!((at(inner) - 1.0).abs() < 1e-4 && at(outer).abs() < 1e-4, "{inner} to {outer}");
