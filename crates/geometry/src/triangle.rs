@@ -18,6 +18,7 @@ use glam::{DVec3, Vec3};
 use crate::aabb::Aabb;
 use crate::ray::Ray;
 use crate::shape::{LocalHit, interval};
+use crate::tree::node::Patch;
 
 /// A ray, prepared for the triangles of one object space.
 #[derive(Clone, Copy, Debug)]
@@ -76,6 +77,14 @@ impl Shear {
         let t = t as f32;
         let hit = LocalHit { t, u: (v / determinant) as f32, v: (w / determinant) as f32, primitive: 0 };
         (t > 0.0 && t.is_finite()).then_some(hit)
+    }
+
+    /// The hit of a triangle of a patch, whose vertices are given sheared.
+    #[inline(always)]
+    pub(crate) fn finish_lane(&self, patch: &Patch, triangle: usize, sheared: &[[f32; 8]; 3]) -> Option<LocalHit> {
+        let vertices = [0, 1, 2].map(|corner| patch.corners[corner][triangle] as usize & 7);
+        let corners = vertices.map(|vertex| Vec3::from_array(patch.vertices.map(|axis| axis[vertex])));
+        self.finish(corners, vertices.map(|vertex| sheared.map(|axis| axis[vertex])))
     }
 
     /// A distance, kept in the interval of the triangle's box.

@@ -1,8 +1,15 @@
 //! Traversal: many rays through the scene's trees.
 
+#[cfg(target_arch = "x86_64")]
+mod avx2;
+#[cfg(target_arch = "x86_64")]
+mod avx512;
+#[cfg(target_arch = "x86_64")]
+mod eight;
 mod search;
 mod single;
 mod slabs;
+mod wave;
 
 use brewster_lanes::{Level, dispatch};
 
@@ -16,14 +23,20 @@ use crate::scene::SceneGeometry;
 ///
 /// Reads: the scene, rays. Writes: hits.
 pub fn closest_hits(scene: &SceneGeometry<'_>, level: Level, rays: Rays<'_>, mut hits: HitsViewMut<'_>) {
-    closest_single(level, scene, rays, hits.reborrow());
+    assert!(hits.len() >= rays.len(), "every ray has a row for its hit");
+    if !wave::run(scene, level, rays, wave::Closest(hits.reborrow())) {
+        closest_single(level, scene, rays, hits.reborrow());
+    }
 }
 
 /// Whether every ray hits anything with 0 < t < `t_max`. Panics if there are fewer rows for that than rays.
 ///
 /// Reads: the scene, rays, `t_max`. Writes: `out`.
 pub fn occluded(scene: &SceneGeometry<'_>, level: Level, rays: Rays<'_>, t_max: &[f32], out: &mut [bool]) {
-    occluded_single(level, scene, rays, t_max, out);
+    assert!(t_max.len() >= rays.len() && out.len() >= rays.len(), "every ray has a row");
+    if !wave::run(scene, level, rays, wave::Occluded { t_max, out: &mut *out }) {
+        occluded_single(level, scene, rays, t_max, out);
+    }
 }
 
 dispatch! {

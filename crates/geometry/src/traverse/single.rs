@@ -1,7 +1,5 @@
 //! One ray after the other, in plain Rust: the kernel that the faster ones are measured and tested against.
 
-use glam::Vec3;
-
 use super::search::Search;
 use super::slabs::Slabs;
 use crate::hit::Hit;
@@ -100,12 +98,14 @@ fn enter(
 #[inline(always)]
 fn test_patch(tree: &MeshTree, patch: &Patch, shear: &Shear, instance: u32, search: &mut impl Search) -> bool {
     let [kx, ky, kz] = shear.axes.map(|axis| axis as usize);
-    let (mut x, mut y, mut z) = ([0.0f32; 8], [0.0f32; 8], [0.0f32; 8]);
+    let mut sheared = [[0.0f32; 8]; 3];
+    let [x, y, z] = &mut sheared;
     for i in 0..8 {
         z[i] = patch.vertices[kz][i] - shear.origin[kz];
         x[i] = patch.vertices[kx][i] - shear.origin[kx] - shear.slope[0] * z[i];
         y[i] = patch.vertices[ky][i] - shear.origin[ky] - shear.slope[1] * z[i];
     }
+    let [x, y, _] = sheared;
     for triangle in 0..patch.triangles as usize {
         let [a, b, c] = [0, 1, 2].map(|corner| patch.corners[corner][triangle] as usize & 7);
         let u = x[c] * y[b] - y[c] * x[b];
@@ -114,8 +114,7 @@ fn test_patch(tree: &MeshTree, patch: &Patch, shear: &Shear, instance: u32, sear
         if u.min(v).min(w) < 0.0 && u.max(v).max(w) > 0.0 {
             continue;
         }
-        let corners: [Vec3; 3] = [0, 1, 2].map(|corner| patch.corner(triangle, corner));
-        if let Some(hit) = shear.finish(corners, [a, b, c].map(|i| [x[i], y[i], z[i]])) {
+        if let Some(hit) = shear.finish_lane(patch, triangle, &sheared) {
             let primitive = tree.primitives[patch.first as usize + triangle];
             if search.offer(Hit { t: hit.t, u: hit.u, v: hit.v, instance, primitive }) {
                 return true;

@@ -1,0 +1,68 @@
+//! The wave's steps for AVX-512 VL, on registers of eight lanes.
+#![expect(unsafe_code, reason = "intrinsics need an instruction set, which the level proves")]
+
+use std::arch::x86_64::*;
+
+use super::eight::{Sheared, boxes, keys, store_ordered};
+use super::slabs::Slabs;
+use super::wave::{Kernel, Memory, Task, wave};
+use crate::ray::Rays;
+use crate::scene::SceneGeometry;
+use crate::tree::node::{Node, Patch};
+use crate::triangle::Shear;
+
+struct Avx512;
+
+/// Sends rays through the scene.
+///
+/// # Safety
+/// The machine has AVX-512 F, VL, DQ, BW and CD, AVX2, FMA and BMI.
+#[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx512cd,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+pub(super) unsafe fn run<T: Task>(scene: &SceneGeometry<'_>, rays: Rays<'_>, task: T, memory: &mut Memory) {
+    // SAFETY: as stated.
+    unsafe { wave::<Avx512, T>(scene, rays, task, memory) }
+}
+
+impl Kernel for Avx512 {
+    #[inline(always)]
+    unsafe fn push<const ORDERED: bool>(
+        slabs: &Slabs,
+        node: &Node,
+        limit: f32,
+        distances: *mut f32,
+        references: *mut u32,
+    ) -> u32 {
+        // SAFETY: the caller has the instruction set and room for eight entries.
+        unsafe {
+            let (enter, leave) = boxes(slabs, node, limit);
+            let met = _mm256_cmp_ps_mask::<_CMP_LE_OQ>(enter, leave);
+            let children = _mm256_load_si256(node.children.as_ptr().cast());
+            if ORDERED {
+                // Lanes that are not met become -1, less than any distance.
+                let keys = _mm256_mask_compress_epi32(_mm256_set1_epi32(-1), met, keys(enter));
+                store_ordered(keys, met.count_ones(), children, distances, references);
+            } else {
+                _mm256_storeu_ps(distances, _mm256_maskz_compress_ps(met, enter));
+                _mm256_storeu_si256(references.cast(), _mm256_maskz_compress_epi32(met, children));
+            }
+            met.count_ones()
+        }
+    }
+
+    #[inline(always)]
+    unsafe fn filter(shear: &Shear, patch: &Patch, sheared: &mut [[f32; 8]; 3]) -> u32 {
+        // SAFETY: the caller has the instruction set.
+        unsafe {
+            let found = Sheared::new(shear, patch);
+            let zero = _mm256_setzero_ps();
+            let inside = _mm256_cmp_ps_mask::<_CMP_GE_OQ>(found.least, zero)
+                | _mm256_cmp_ps_mask::<_CMP_LE_OQ>(found.most, zero);
+            let inside = inside as u32;
+            let mask = inside & ((1 << patch.triangles) - 1);
+            if mask != 0 {
+                found.store(sheared);
+            }
+            mask
+        }
+    }
+}

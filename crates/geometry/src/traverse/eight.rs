@@ -1,0 +1,155 @@
+//! What the kernels for AVX2 and AVX-512 have in common: steps on registers of eight lanes.
+#![expect(unsafe_code, reason = "intrinsics need an instruction set, which the kernels' callers prove")]
+
+use std::arch::x86_64::*;
+
+use super::slabs::Slabs;
+use crate::tree::node::{Node, Patch};
+use crate::triangle::Shear;
+
+/// Where a ray enters the eight boxes of a node, and where it leaves them or ends.
+///
+/// # Safety
+/// The machine has AVX2 and FMA.
+#[inline(always)]
+pub(super) unsafe fn boxes(slabs: &Slabs, node: &Node, limit: f32) -> (__m256, __m256) {
+    // SAFETY: as stated; nodes are aligned and have eight lanes, columns of planes are below six.
+    unsafe {
+        let (mut enter, mut leave) = (_mm256_setzero_ps(), _mm256_set1_ps(limit));
+        for axis in 0..3 {
+            let column = slabs.near_plane[axis] as usize;
+            let near = _mm256_load_ps(node.planes.get_unchecked(column).as_ptr());
+            let far = _mm256_load_ps(node.planes.get_unchecked(column ^ 1).as_ptr());
+            let inverse = _mm256_set1_ps(slabs.inverse[axis]);
+            enter = _mm256_max_ps(_mm256_fmsub_ps(near, inverse, _mm256_set1_ps(slabs.near[axis])), enter);
+            leave = _mm256_min_ps(_mm256_fmsub_ps(far, inverse, _mm256_set1_ps(slabs.far[axis])), leave);
+        }
+        (enter, leave)
+    }
+}
+
+/// Keys that sort like distances: their bits, with the lane in the last three.
+///
+/// # Safety
+/// The machine has AVX2.
+#[inline(always)]
+pub(super) unsafe fn keys(enter: __m256) -> __m256i {
+    // SAFETY: as stated.
+    unsafe {
+        let lanes = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
+        _mm256_or_si256(_mm256_andnot_si256(_mm256_set1_epi32(7), _mm256_castps_si256(enter)), lanes)
+    }
+}
+
+/// A patch in the sheared space of a ray.
+pub(super) struct Sheared {
+    x: __m256,
+    y: __m256,
+    z: __m256,
+    /// The least and the greatest of each triangle's three products.
+    pub(super) least: __m256,
+    pub(super) most: __m256,
+}
+
+impl Sheared {
+    /// # Safety
+    /// The machine has AVX2.
+    #[inline(always)]
+    pub(super) unsafe fn new(shear: &Shear, patch: &Patch) -> Sheared {
+        // SAFETY: as stated; patches are aligned and have eight lanes, axes are below three.
+        unsafe {
+            let [kx, ky, kz] = shear.axes.map(|axis| axis as usize);
+            let relative = |axis: usize| {
+                let vertices = _mm256_load_ps(patch.vertices.get_unchecked(axis).as_ptr());
+                _mm256_sub_ps(vertices, _mm256_set1_ps(*shear.origin.get_unchecked(axis)))
+            };
+            let z = relative(kz);
+            let x = _mm256_sub_ps(relative(kx), _mm256_mul_ps(_mm256_set1_ps(shear.slope[0]), z));
+            let y = _mm256_sub_ps(relative(ky), _mm256_mul_ps(_mm256_set1_ps(shear.slope[1]), z));
+            let corner = |corners: &[u8; 8]| _mm256_cvtepu8_epi32(_mm_loadl_epi64(corners.as_ptr().cast()));
+            let [a, b, c] = [corner(&patch.corners[0]), corner(&patch.corners[1]), corner(&patch.corners[2])];
+            let (ax, ay) = (_mm256_permutevar8x32_ps(x, a), _mm256_permutevar8x32_ps(y, a));
+            let (bx, by) = (_mm256_permutevar8x32_ps(x, b), _mm256_permutevar8x32_ps(y, b));
+            let (cx, cy) = (_mm256_permutevar8x32_ps(x, c), _mm256_permutevar8x32_ps(y, c));
+            let u = _mm256_sub_ps(_mm256_mul_ps(cx, by), _mm256_mul_ps(cy, bx));
+            let v = _mm256_sub_ps(_mm256_mul_ps(ax, cy), _mm256_mul_ps(ay, cx));
+            let w = _mm256_sub_ps(_mm256_mul_ps(bx, ay), _mm256_mul_ps(by, ax));
+            let least = _mm256_min_ps(_mm256_min_ps(u, v), w);
+            let most = _mm256_max_ps(_mm256_max_ps(u, v), w);
+            Sheared { x, y, z, least, most }
+        }
+    }
+
+    /// # Safety
+    /// The machine has AVX2.
+    #[inline(always)]
+    pub(super) unsafe fn store(&self, to: &mut [[f32; 8]; 3]) {
+        // SAFETY: as stated; there are eight lanes in each row.
+        unsafe {
+            _mm256_storeu_ps(to[0].as_mut_ptr(), self.x);
+            _mm256_storeu_ps(to[1].as_mut_ptr(), self.y);
+            _mm256_storeu_ps(to[2].as_mut_ptr(), self.z);
+        }
+    }
+}
+
+/// Stores keys that are compressed to the front, the greatest first. At most four are the rule: those are sorted in one small
+/// network.
+///
+/// # Safety
+/// The machine has AVX2, and both stacks have room for eight entries.
+#[inline(always)]
+pub(super) unsafe fn store_ordered(
+    keys: __m256i,
+    count: u32,
+    children: __m256i,
+    distances: *mut f32,
+    references: *mut u32,
+) {
+    macro_rules! stage {
+        ($keys:expr, $other:expr, $greater:literal) => {{
+            let (a, b) = ($keys, $other);
+            _mm_blend_epi32::<$greater>(_mm_min_epi32(a, b), _mm_max_epi32(a, b))
+        }};
+    }
+    // SAFETY: the caller has room for eight entries, and the instruction set.
+    unsafe {
+        let four = _mm256_castsi256_si128(keys);
+        let four = stage!(four, _mm_shuffle_epi32::<0b10_11_00_01>(four), 0b0101);
+        let four = stage!(four, _mm_shuffle_epi32::<0b00_01_10_11>(four), 0b0011);
+        let four = stage!(four, _mm_shuffle_epi32::<0b10_11_00_01>(four), 0b0101);
+        let order = _mm256_castsi128_si256(four);
+        let sorted = _mm256_castsi256_si128(_mm256_permutevar8x32_epi32(children, order));
+        _mm_storeu_si128(references.cast(), sorted);
+        _mm_storeu_si128(distances.cast(), _mm_andnot_si128(_mm_set1_epi32(7), four));
+        if count > 4 {
+            let eight = sort_eight(keys);
+            _mm256_storeu_si256(references.cast(), _mm256_permutevar8x32_epi32(children, eight));
+            _mm256_storeu_si256(distances.cast(), _mm256_andnot_si256(_mm256_set1_epi32(7), eight));
+        }
+    }
+}
+
+/// Eight keys, the greatest first: Batcher's bitonic network.
+///
+/// # Safety
+/// The machine has AVX2.
+#[inline(always)]
+unsafe fn sort_eight(keys: __m256i) -> __m256i {
+    macro_rules! stage {
+        ($keys:expr, $other:expr, $greater:literal) => {{
+            let (a, b) = ($keys, $other);
+            _mm256_blend_epi32::<$greater>(_mm256_min_epi32(a, b), _mm256_max_epi32(a, b))
+        }};
+    }
+    // SAFETY: the caller has the instruction set.
+    unsafe {
+        let keys = stage!(keys, _mm256_shuffle_epi32::<0b10_11_00_01>(keys), 0b0101_0101);
+        let keys = stage!(keys, _mm256_shuffle_epi32::<0b00_01_10_11>(keys), 0b0011_0011);
+        let keys = stage!(keys, _mm256_shuffle_epi32::<0b10_11_00_01>(keys), 0b0101_0101);
+        let reversed = _mm256_permutevar8x32_epi32(keys, _mm256_setr_epi32(7, 6, 5, 4, 3, 2, 1, 0));
+        let keys = stage!(keys, reversed, 0b0000_1111);
+        let keys = stage!(keys, _mm256_shuffle_epi32::<0b01_00_11_10>(keys), 0b0011_0011);
+        stage!(keys, _mm256_shuffle_epi32::<0b10_11_00_01>(keys), 0b0101_0101)
+    }
+}

@@ -1,0 +1,520 @@
+//! Many rays in flight: while one waits for memory, others are worked on.
+//!
+//! Every slot holds a ray and its stack. A round has four passes over lists of slots, with no branch that is hard to predict
+//! inside a step:
+//!
+//! 1. pop: every active slot takes its next reference, asks the cache for what it names, and joins the list for its kind, by
+//!    being written to all lists of which one advances; finished slots hand in their hit and take the next ray;
+//! 2. instances: a ray that met an instance is mapped to object space, where it meets a shape or begins a mesh's tree;
+//! 3. nodes: eight boxes, their children pushed in order;
+//! 4. patches: eight triangles in f32, those that may be hit in f64.
+//!
+//! Two levels share one stack: entering a mesh leaves a [`LEAVE`] behind, under which the top level's entries wait. What a slot
+//! finds depends on its ray alone, whatever the other slots do.
+#![expect(unsafe_code, reason = "lists and stacks are sized before the loop, which then checks no bounds")]
+
+use brewster_lanes::Level;
+use glam::Vec3;
+
+use super::slabs::Slabs;
+use crate::hit::{Hit, HitsViewMut, MISS};
+use crate::ray::{Ray, Rays};
+use crate::scene::SceneGeometry;
+use crate::shape::{Analytic, LocalHit, with_shape};
+use crate::tree::node::{LEAF, Node, Patch};
+use crate::triangle::Shear;
+
+/// Rays in flight: 16 to 64 are alike, fewer leave memory waiting.
+const SLOTS: usize = 32;
+
+/// Under the last entry of a stack.
+const DONE: u32 = u32::MAX;
+
+/// Under the last entry of a mesh's tree.
+const LEAVE: u32 = u32::MAX - 1;
+
+/// The steps that are written for an instruction set.
+pub(crate) trait Kernel {
+    /// Pushes the children of a node that the ray meets before `limit` and returns their number: the nearest last if `ORDERED`.
+    /// Distances may be rounded down, never up.
+    ///
+    /// # Safety
+    /// The machine has the kernel's instruction set, and both stacks have room for eight entries.
+    unsafe fn push<const ORDERED: bool>(
+        slabs: &Slabs,
+        node: &Node,
+        limit: f32,
+        distances: *mut f32,
+        references: *mut u32,
+    ) -> u32;
+
+    /// Shears the vertices of a patch, and returns a bit for every triangle that the ray may hit. Without a bit, the sheared
+    /// vertices need not be written.
+    ///
+    /// # Safety
+    /// The machine has the kernel's instruction set.
+    unsafe fn filter(shear: &Shear, patch: &Patch, sheared: &mut [[f32; 8]; 3]) -> u32;
+}
+
+/// What a wave is for.
+pub(crate) trait Task {
+    /// Whether the first hit found will do.
+    const ANY: bool;
+    /// Where a ray ends.
+    fn limit(&self, ray: usize) -> f32;
+    /// Takes a ray's hit.
+    fn finish(&mut self, ray: usize, hit: &Hit);
+}
+
+/// The nearest hits.
+pub(crate) struct Closest<'a>(pub(crate) HitsViewMut<'a>);
+
+impl Task for Closest<'_> {
+    const ANY: bool = false;
+
+    #[inline(always)]
+    fn limit(&self, _ray: usize) -> f32 {
+        f32::INFINITY
+    }
+
+    #[inline(always)]
+    fn finish(&mut self, ray: usize, hit: &Hit) {
+        self.0.set(ray, *hit);
+    }
+}
+
+/// Whether there is a hit before `t_max`.
+pub(crate) struct Occluded<'a> {
+    pub(crate) t_max: &'a [f32],
+    pub(crate) out: &'a mut [bool],
+}
+
+impl Task for Occluded<'_> {
+    const ANY: bool = true;
+
+    #[inline(always)]
+    fn limit(&self, ray: usize) -> f32 {
+        self.t_max[ray]
+    }
+
+    #[inline(always)]
+    fn finish(&mut self, ray: usize, hit: &Hit) {
+        self.out[ray] = !hit.is_miss();
+    }
+}
+
+/// A ray in flight.
+#[repr(C, align(64))]
+struct Slot {
+    /// The ray in the space that it is in now.
+    slabs: Slabs,
+    stack: u32,
+    /// Hits beyond this are of no use.
+    limit: f32,
+    current: u32,
+    /// Where nodes and leaves begin in the tree that the ray is in now, and how many bytes each of them takes.
+    bases: [*const u8; 2],
+    strides: [u32; 2],
+    /// 1 among instances, 0 in a mesh.
+    on_top: u32,
+    instance: u32,
+    shear: Shear,
+    primitives: *const u32,
+    hit: Hit,
+    ray_index: u32,
+    ray: Ray,
+    top: Slabs,
+}
+
+/// Sends rays through the scene with a kernel for the level's instruction set; false if there is none.
+pub(crate) fn run<T: Task>(scene: &SceneGeometry<'_>, level: Level, rays: Rays<'_>, task: T) -> bool {
+    if !level.has_avx2() {
+        return false;
+    }
+    // Taken out of its place, since a closure would not be compiled for the level.
+    let mut memory = MEMORY.take();
+    #[cfg(target_arch = "x86_64")]
+    if level.has_avx512() {
+        // SAFETY: a `Level` exists only for instruction sets that this machine has.
+        unsafe { super::avx512::run(scene, rays, task, &mut memory) };
+    } else {
+        // SAFETY: as above.
+        unsafe { super::avx2::run(scene, rays, task, &mut memory) };
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    let _ = (scene, rays, task);
+    MEMORY.set(memory);
+    true
+}
+
+/// The memory of a wave, kept by its thread from one batch to the next.
+#[derive(Default)]
+pub(crate) struct Memory {
+    slots: Vec<Slot>,
+    stacks: Vec<u32>,
+}
+
+thread_local! {
+    static MEMORY: std::cell::RefCell<Memory> = std::cell::RefCell::default();
+}
+
+/// The stacks of all slots: for each slot distances, then references.
+#[derive(Clone, Copy)]
+struct Stacks {
+    base: *mut u32,
+    /// Entries of one stack.
+    entries: usize,
+}
+
+impl Stacks {
+    /// Words from one slot's stacks to the next: never a multiple of 1 KiB, or slots would compete for the same cache lines
+    /// (5 to 15 % slower).
+    fn stride(entries: usize) -> usize {
+        let words = (2 * entries).next_multiple_of(16);
+        if words.is_multiple_of(256) { words + 16 } else { words }
+    }
+
+    /// Distances and references of a slot.
+    #[inline(always)]
+    fn of(&self, slot: usize) -> (*mut f32, *mut u32) {
+        let distances = self.base.wrapping_add(slot * Stacks::stride(self.entries));
+        (distances.cast(), distances.wrapping_add(self.entries))
+    }
+}
+
+/// Lists of slots, by what they do next.
+struct Lists {
+    active: [u8; SLOTS],
+    nodes: [u8; SLOTS + 1],
+    patches: [u8; SLOTS + 1],
+    instances: [u8; SLOTS + 1],
+    /// At the bottom of a tree: of a mesh's, or of the scene's.
+    bottom: [u8; SLOTS + 1],
+}
+
+/// Sends all rays through the scene.
+///
+/// # Safety
+/// The machine has the kernel's instruction set.
+#[inline(always)]
+pub(crate) unsafe fn wave<K: Kernel, T: Task>(scene: &SceneGeometry<'_>, rays: Rays<'_>, task: T, memory: &mut Memory) {
+    let deepest = scene.mesh_trees.iter().fold(1, |most, tree| most.max(tree.stack));
+    let entries = scene.top.stack + deepest + 16;
+    memory.stacks.resize((SLOTS * Stacks::stride(entries)).max(memory.stacks.len()), 0);
+    memory.slots.resize_with(SLOTS, Slot::idle);
+    let stacks = Stacks { base: memory.stacks.as_mut_ptr(), entries };
+    let slots: &mut [Slot; SLOTS] = memory.slots.as_mut_slice().try_into().expect("there are that many slots");
+    let mut wave = Wave { scene, rays, task, slots, stacks, next_ray: 0 };
+    // SAFETY: the stacks have room for the deepest tree of each level, their sentinels, and eight entries more.
+    unsafe { wave.run::<K>() };
+}
+
+struct Wave<'a, 'm, T> {
+    scene: &'a SceneGeometry<'a>,
+    rays: Rays<'a>,
+    task: T,
+    slots: &'m mut [Slot; SLOTS],
+    stacks: Stacks,
+    next_ray: usize,
+}
+
+impl Slot {
+    fn idle() -> Slot {
+        let ray = Ray { origin: Vec3::ZERO, direction: Vec3::X };
+        let slabs = Slabs::new(&ray, 0.0, 0.0);
+        Slot {
+            slabs,
+            stack: 0,
+            limit: 0.0,
+            current: DONE,
+            bases: [std::ptr::null(); 2],
+            strides: [0; 2],
+            on_top: 1,
+            instance: MISS,
+            shear: Shear::new(&ray),
+            primitives: std::ptr::null(),
+            hit: Hit::miss(),
+            ray_index: 0,
+            ray,
+            top: slabs,
+        }
+    }
+
+    /// Takes a hit in the slot's instance; true if the search is over.
+    #[inline(always)]
+    fn offer<T: Task>(&mut self, local: LocalHit) -> bool {
+        let hit = Hit { t: local.t, u: local.u, v: local.v, instance: self.instance, primitive: local.primitive };
+        if T::ANY {
+            let found = hit.t < self.limit;
+            if found {
+                self.hit = hit;
+            }
+            return found;
+        }
+        if hit.precedes(&self.hit) {
+            self.hit = hit;
+            self.limit = hit.t;
+        }
+        false
+    }
+
+    /// Goes among the instances.
+    #[inline(always)]
+    fn go_on_top(&mut self, scene: &SceneGeometry<'_>) {
+        self.slabs = self.top;
+        self.on_top = 1;
+        self.bases = [scene.top.nodes.as_ptr().cast(), scene.world_to_object.as_ptr().cast()];
+        self.strides = [size_of::<Node>() as u32, size_of::<crate::Affine>() as u32];
+    }
+}
+
+impl<T: Task> Wave<'_, '_, T> {
+    /// # Safety
+    /// The machine has the kernel's instruction set; stacks have room for the deepest path through both levels, a sentinel for
+    /// each level, and eight entries more.
+    #[inline(always)]
+    unsafe fn run<K: Kernel>(&mut self) {
+        let mut lists = Lists {
+            active: [0; SLOTS],
+            nodes: [0; SLOTS + 1],
+            patches: [0; SLOTS + 1],
+            instances: [0; SLOTS + 1],
+            bottom: [0; SLOTS + 1],
+        };
+        let mut active = 0;
+        for slot in 0..SLOTS {
+            lists.active[active] = slot as u8;
+            active += self.begin(slot) as usize;
+        }
+        while active > 0 {
+            // SAFETY: lists hold numbers of slots, each slot in one of them; see also above.
+            unsafe {
+                let [mut nodes, patches, instances, bottom] = self.pop(&mut lists, active);
+                active = 0;
+                for i in 0..bottom {
+                    let slot = *lists.bottom.get_unchecked(i);
+                    let goes_on = self.end(slot as usize);
+                    *lists.active.get_unchecked_mut(active) = slot;
+                    active += goes_on as usize;
+                }
+                for i in 0..instances {
+                    let slot = *lists.instances.get_unchecked(i);
+                    let begins_mesh = self.enter(slot as usize);
+                    *lists.nodes.get_unchecked_mut(nodes) = slot;
+                    nodes += begins_mesh as usize;
+                    *lists.active.get_unchecked_mut(active) = slot;
+                    active += (!begins_mesh) as usize;
+                }
+                for i in 0..nodes {
+                    let slot = *lists.nodes.get_unchecked(i);
+                    self.node::<K>(slot as usize);
+                    *lists.active.get_unchecked_mut(active) = slot;
+                    active += 1;
+                }
+                for i in 0..patches {
+                    let slot = *lists.patches.get_unchecked(i);
+                    self.patch::<K>(slot as usize);
+                    *lists.active.get_unchecked_mut(active) = slot;
+                    active += 1;
+                }
+            }
+        }
+    }
+
+    /// Every active slot takes its next reference and joins a list; returns how many are in each.
+    ///
+    /// # Safety
+    /// The first `active` entries of the list of active slots are different numbers of slots, whose stacks are not empty.
+    #[inline(always)]
+    unsafe fn pop(&mut self, lists: &mut Lists, active: usize) -> [usize; 4] {
+        let (mut nodes, mut patches, mut instances, mut bottom) = (0, 0, 0, 0);
+        for i in 0..active {
+            // SAFETY: as stated; the sentinel under every stack is nearer than any limit.
+            unsafe {
+                let slot = *lists.active.get_unchecked(i);
+                let (distances, references) = self.stacks.of(slot as usize);
+                let state = self.slots.get_unchecked_mut(slot as usize);
+                let mut top = state.stack as usize - 1;
+                while *distances.add(top) > state.limit {
+                    top -= 1;
+                }
+                let reference = *references.add(top);
+                state.stack = top as u32;
+                state.current = reference;
+                let (leaf, end) = ((reference >> 31) as usize, (reference >= LEAVE) as usize);
+                let index = reference & !LEAF & (end as u32).wrapping_sub(1);
+                let (base, stride) = (*state.bases.get_unchecked(leaf), *state.strides.get_unchecked(leaf));
+                prefetch(base.wrapping_add(index as usize * stride as usize), stride);
+                *lists.nodes.get_unchecked_mut(nodes) = slot;
+                *lists.patches.get_unchecked_mut(patches) = slot;
+                *lists.instances.get_unchecked_mut(instances) = slot;
+                *lists.bottom.get_unchecked_mut(bottom) = slot;
+                let inside = leaf & (end ^ 1);
+                nodes += leaf ^ 1;
+                patches += inside & (state.on_top as usize ^ 1);
+                instances += inside & state.on_top as usize;
+                bottom += end;
+            }
+        }
+        [nodes, patches, instances, bottom]
+    }
+
+    /// At the bottom of a tree: back to the top level, or on to the next ray. False if there is none.
+    #[inline(always)]
+    fn end(&mut self, slot: usize) -> bool {
+        let state = &mut self.slots[slot];
+        if state.current == LEAVE {
+            state.go_on_top(self.scene);
+            return true;
+        }
+        let (ray, hit) = (state.ray_index as usize, state.hit);
+        self.task.finish(ray, &hit);
+        self.begin(slot)
+    }
+
+    /// Takes the next ray that has to be traced, with the root on its stack. False if there is none.
+    #[inline(always)]
+    fn begin(&mut self, slot: usize) -> bool {
+        while self.next_ray < self.rays.len() {
+            let index = self.next_ray;
+            self.next_ray += 1;
+            let ray = self.rays.get(index);
+            let (distances, references) = self.stacks.of(slot);
+            let state = &mut self.slots[slot];
+            state.ray = ray;
+            state.ray_index = index as u32;
+            state.hit = Hit::miss();
+            state.limit = self.task.limit(index);
+            let start = ray.origin.abs().max_element();
+            state.top = Slabs::new(&ray, self.scene.top.reach, self.scene.top.slack(start));
+            state.go_on_top(self.scene);
+            let mut over = !state.top.is_usable();
+            for &plane in self.scene.planes {
+                let local = self.scene.world_to_object[plane as usize].ray(&ray);
+                let row = self.scene.shapes[plane as usize].row as usize;
+                state.instance = plane;
+                if let Some(hit) = self.scene.table.planes[row].intersect(&local) {
+                    over |= state.offer::<T>(hit);
+                }
+            }
+            if over {
+                let hit = state.hit;
+                self.task.finish(index, &hit);
+                continue;
+            }
+            // SAFETY: every stack has room for more than two entries.
+            unsafe {
+                (*distances, *references) = (f32::NEG_INFINITY, DONE);
+                (*distances.add(1), *references.add(1)) = (0.0, 0);
+            }
+            state.stack = 2;
+            return true;
+        }
+        false
+    }
+
+    /// Meets an instance: its shape, or the root of its mesh's tree, which is then current. True for a mesh.
+    #[inline(always)]
+    fn enter(&mut self, slot: usize) -> bool {
+        let (distances, references) = self.stacks.of(slot);
+        let state = &mut self.slots[slot];
+        let instance = state.current & !LEAF;
+        state.instance = instance;
+        let local = self.scene.world_to_object[instance as usize].ray(&state.ray);
+        let shape = self.scene.shapes[instance as usize];
+        with_shape!(self.scene.table, shape,
+            analytic => {
+                if let Some(hit) = analytic.intersect(&local) && state.offer::<T>(hit) {
+                    state.stack = 1;
+                }
+                false
+            },
+            mesh => {
+                let tree = &self.scene.mesh_trees[mesh];
+                state.slabs = Slabs::new(&local, tree.reach, 0.0);
+                if !state.slabs.is_usable() {
+                    state.slabs = state.top;
+                    return false;
+                }
+                state.shear = Shear::new(&local);
+                state.on_top = 0;
+                state.bases = [tree.nodes.as_ptr().cast(), tree.patches.as_ptr().cast()];
+                state.strides = [size_of::<Node>() as u32, size_of::<Patch>() as u32];
+                state.primitives = tree.primitives.as_ptr();
+                state.current = 0;
+                // SAFETY: stacks have room for a sentinel in each level.
+                unsafe {
+                    (*distances.add(state.stack as usize), *references.add(state.stack as usize)) =
+                        (f32::NEG_INFINITY, LEAVE);
+                }
+                state.stack += 1;
+                true
+            }
+        )
+    }
+
+    /// Tests the eight boxes of the current node.
+    ///
+    /// # Safety
+    /// The machine has the kernel's instruction set; the slot's current reference is a node of its tree.
+    #[inline(always)]
+    unsafe fn node<K: Kernel>(&mut self, slot: usize) {
+        let (distances, references) = self.stacks.of(slot);
+        // SAFETY: as stated; stacks have eight entries to spare.
+        unsafe {
+            let state = self.slots.get_unchecked_mut(slot);
+            let node = &*state.bases[0].cast::<Node>().add(state.current as usize);
+            let (distances, references) = (distances.add(state.stack as usize), references.add(state.stack as usize));
+            state.stack += if T::ANY {
+                K::push::<false>(&state.slabs, node, state.limit, distances, references)
+            } else {
+                K::push::<true>(&state.slabs, node, state.limit, distances, references)
+            };
+        }
+    }
+
+    /// Tests the eight triangles of the current patch.
+    ///
+    /// # Safety
+    /// The machine has the kernel's instruction set; the slot's current reference is a patch of its tree.
+    #[inline(always)]
+    unsafe fn patch<K: Kernel>(&mut self, slot: usize) {
+        // SAFETY: as stated; a patch's triangles are in its tree's list of primitives.
+        unsafe {
+            let state = self.slots.get_unchecked_mut(slot);
+            let patch = &*state.bases[1].cast::<Patch>().add((state.current & !LEAF) as usize);
+            let mut sheared = [[0.0; 8]; 3];
+            let mut mask = K::filter(&state.shear, patch, &mut sheared);
+            while mask != 0 {
+                let triangle = mask.trailing_zeros() as usize;
+                mask &= mask - 1;
+                let Some(hit) = state.shear.finish_lane(patch, triangle, &sheared) else { continue };
+                let primitive = *state.primitives.add(patch.first as usize + triangle);
+                if state.offer::<T>(LocalHit { primitive, ..hit }) {
+                    state.stack = 1;
+                    return;
+                }
+            }
+        }
+    }
+}
+
+/// Asks the cache for a block of 128 or 256 bytes.
+#[inline(always)]
+fn prefetch(block: *const u8, bytes: u32) {
+    #[cfg(target_arch = "x86_64")]
+    {
+        use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
+        // The second half of a node; of anything smaller the first half again.
+        let second = block.wrapping_add((bytes as usize >> 1) & 128);
+        // SAFETY: a prefetch reads nothing that the program sees, whatever the address.
+        unsafe {
+            _mm_prefetch::<_MM_HINT_T0>(second.cast());
+            _mm_prefetch::<_MM_HINT_T0>(second.wrapping_add(64).cast());
+            _mm_prefetch::<_MM_HINT_T0>(block.cast());
+            _mm_prefetch::<_MM_HINT_T0>(block.wrapping_add(64).cast());
+        }
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    let _ = (block, bytes);
+}
