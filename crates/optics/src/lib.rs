@@ -11,6 +11,8 @@
 //! | Phong's highlight | [`phong`] |
 //! | Lambert's diffuse reflection | [`lambert`] |
 //! | rough metal, rough glass: GGX and its visible normals | [`microfacet`] |
+//! | dust and clay: EON, the energy-preserving Oren-Nayar | [`rough_diffuse`] |
+//! | metals by color: F82-tint, edge tint | [`conductor`] |
 //! | what a rough surface reflects in all, by theory | [`albedo`] |
 //! | the frame of a lobe, weights and densities | [`lobe`], [`basis`] |
 //! | from the unit square to disks, hemispheres, cones, triangles | [`warp`] |
@@ -67,6 +69,7 @@ pub mod absorption;
 pub mod albedo;
 pub mod basis;
 pub mod color;
+pub mod conductor;
 pub mod fresnel;
 pub mod glasses;
 pub mod lambert;
@@ -75,6 +78,7 @@ pub mod metals;
 pub mod microfacet;
 pub mod phong;
 pub mod refraction;
+pub mod rough_diffuse;
 pub mod spectrum;
 pub mod warp;
 pub mod wide;
