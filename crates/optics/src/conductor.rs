@@ -1,6 +1,6 @@
 //! Metals by color instead of by index: what an artist turns, and the index that it stands for.
 //!
-//! The equations of a metal with an index are in [`fresnel`](crate::fresnel), measured indices in
+//! The equations of a metal with an index are in [`fresnel`], measured indices in
 //! [`metals`](crate::metals).
 
 use brewster_lanes::math;
