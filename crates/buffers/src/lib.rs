@@ -4,6 +4,7 @@
 //! flatten. Nothing here knows entities or files.
 
 mod camera;
+mod distribution;
 mod environment;
 mod ids;
 mod instances;
@@ -15,6 +16,7 @@ mod trees;
 mod validate;
 
 pub use camera::{Camera, Projection};
+pub use distribution::{Cell, Choice, Distribution, Distribution2d};
 pub use environment::Background;
 pub use ids::{InstanceId, MaterialId, TextureId};
 pub use instances::{Instance, InstanceColumns, InstancesView, InstancesViewMut};
