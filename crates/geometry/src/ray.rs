@@ -45,10 +45,8 @@ impl<'a> Rays<'a> {
     /// Ray `index`; panics beyond the end.
     #[inline(always)]
     pub fn get(&self, index: usize) -> Ray {
-        Ray {
-            origin: Vec3::from_array(self.origin.map(|column| column[index])),
-            direction: Vec3::from_array(self.direction.map(|column| column[index])),
-        }
+        let row = |columns: &[&[f32]; 3]| Vec3::new(columns[0][index], columns[1][index], columns[2][index]);
+        Ray { origin: row(&self.origin), direction: row(&self.direction) }
     }
 
     /// The rays of a range; panics beyond the end.

@@ -56,10 +56,9 @@ impl Shear {
         [x, y, z]
     }
 
-    /// The hit of a triangle whose corners are given as they are and sheared.
+    /// The hit of a triangle whose corners are given sheared, and as they are if need be.
     #[inline(always)]
-    pub(crate) fn finish(&self, corners: [Vec3; 3], sheared: [[f32; 3]; 3]) -> Option<LocalHit> {
-        let [a, b, c] = sheared.map(|corner| corner.map(|x| x as f64));
+    pub(crate) fn finish(&self, [a, b, c]: [[f64; 3]; 3], corners: impl FnOnce() -> [Vec3; 3]) -> Option<LocalHit> {
         let u = c[0] * b[1] - c[1] * b[0];
         let v = a[0] * c[1] - a[1] * c[0];
         let w = b[0] * a[1] - b[1] * a[0];
@@ -69,10 +68,11 @@ impl Shear {
             return None;
         }
         let mut t = (u * a[2] + v * b[2] + w * c[2]) / (determinant * self.direction[self.axes[2] as usize] as f64);
-        let extent = [a, b, c].iter().fold(0.0f64, |m, p| m.max(p[0].abs()).max(p[1].abs()));
+        let extent_x = a[0].abs().max(b[0].abs()).max(c[0].abs());
+        let extent = a[1].abs().max(b[1].abs()).max(c[1].abs()).max(extent_x);
         // The weights are off by 2⁻⁵³·6·extent² / determinant; below this bound that is less than 2⁻²⁵.
         if determinant.abs() < extent * extent * (1.0 / (1u32 << 25) as f64) {
-            t = self.bounded(corners, t);
+            t = self.bounded(corners(), t);
         }
         let t = t as f32;
         let hit = LocalHit { t, u: (v / determinant) as f32, v: (w / determinant) as f32, primitive: 0 };
@@ -82,9 +82,11 @@ impl Shear {
     /// The hit of a triangle of a patch, whose vertices are given sheared.
     #[inline(always)]
     pub(crate) fn finish_lane(&self, patch: &Patch, triangle: usize, sheared: &[[f32; 8]; 3]) -> Option<LocalHit> {
-        let vertices = [0, 1, 2].map(|corner| patch.corners[corner][triangle] as usize & 7);
-        let corners = vertices.map(|vertex| Vec3::from_array(patch.vertices.map(|axis| axis[vertex])));
-        self.finish(corners, vertices.map(|vertex| sheared.map(|axis| axis[vertex])))
+        let at = |corner: usize| {
+            let vertex = patch.corners[corner][triangle & 7] as usize & 7;
+            [sheared[0][vertex] as f64, sheared[1][vertex] as f64, sheared[2][vertex] as f64]
+        };
+        self.finish([at(0), at(1), at(2)], || [0, 1, 2].map(|corner| patch.corner(triangle, corner)))
     }
 
     /// A distance, kept in the interval of the triangle's box.
@@ -100,7 +102,7 @@ impl Shear {
 /// The hit of a ray with a triangle, seen from either side, with t > 0: the routine whose result every kernel gives.
 pub fn intersect_triangle(ray: &Ray, corners: [Vec3; 3]) -> Option<LocalHit> {
     let shear = Shear::new(ray);
-    shear.finish(corners, corners.map(|corner| shear.corner(corner)))
+    shear.finish(corners.map(|corner| shear.corner(corner).map(f64::from)), || corners)
 }
 
 #[cfg(test)]

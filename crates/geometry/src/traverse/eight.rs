@@ -58,7 +58,7 @@ impl Sheared {
     pub(super) unsafe fn new(shear: &Shear, patch: &Patch) -> Sheared {
         // SAFETY: as stated; patches are aligned and have eight lanes, axes are below three.
         unsafe {
-            let [kx, ky, kz] = shear.axes.map(|axis| axis as usize);
+            let (kx, ky, kz) = (shear.axes[0] as usize, shear.axes[1] as usize, shear.axes[2] as usize);
             let relative = |axis: usize| {
                 let vertices = _mm256_load_ps(patch.vertices.get_unchecked(axis).as_ptr());
                 _mm256_sub_ps(vertices, _mm256_set1_ps(*shear.origin.get_unchecked(axis)))

@@ -39,23 +39,30 @@ pub fn occluded(scene: &SceneGeometry<'_>, level: Level, rays: Rays<'_>, t_max: 
     }
 }
 
+thread_local! {
+    /// Stacks of the single-ray kernel, kept by its thread from one batch to the next.
+    static STACKS: std::cell::RefCell<single::Stacks> = std::cell::RefCell::default();
+}
+
 dispatch! {
     fn closest_single<'a, 'b, 'c>(scene: &SceneGeometry<'a>, rays: Rays<'b>, hits: HitsViewMut<'c>) {
         let mut hits = hits;
-        let mut stacks = single::Stacks::default();
+        let mut stacks = STACKS.take();
         for i in 0..rays.len() {
             let mut nearest = search::Nearest(Hit::miss());
             single::search(scene, &rays.get(i), &mut stacks, &mut nearest);
             hits.set(i, nearest.0);
         }
+        STACKS.set(stacks);
     }
 
     fn occluded_single<'a, 'b, 'c>(scene: &SceneGeometry<'a>, rays: Rays<'b>, t_max: &'c [f32], out: &'c mut [bool]) {
-        let mut stacks = single::Stacks::default();
+        let mut stacks = STACKS.take();
         for i in 0..rays.len() {
             let mut any = search::Any { t_max: t_max[i], found: false };
             single::search(scene, &rays.get(i), &mut stacks, &mut any);
             out[i] = any.found;
         }
+        STACKS.set(stacks);
     }
 }

@@ -7,6 +7,7 @@ use rayon::prelude::*;
 use super::binary::Binary;
 use super::collapse::{Leaves, collapse, nothing, validate};
 use super::node::{LEAF, Node, Patch};
+use super::pages::in_large_pages;
 use crate::aabb::Aabb;
 use crate::mesh::{MeshError, TriangleMesh};
 
@@ -50,7 +51,8 @@ impl MeshTree {
         let wide = if boxes.is_empty() { nothing() } else { collapse(&Binary::build(&boxes), &mut packing) };
         let Packing { patches, primitives, .. } = packing;
         let bounds = wide.nodes[0].union();
-        Ok(MeshTree { mesh, nodes: wide.nodes, patches, primitives, bounds, reach: bounds.reach(), stack: wide.stack })
+        let (nodes, patches) = (in_large_pages(wide.nodes), in_large_pages(patches));
+        Ok(MeshTree { mesh, nodes, patches, primitives, bounds, reach: bounds.reach(), stack: wide.stack })
     }
 
     /// The mesh.

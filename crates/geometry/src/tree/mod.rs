@@ -8,6 +8,7 @@ mod binary;
 mod collapse;
 mod mesh_tree;
 pub(crate) mod node;
+mod pages;
 mod top_tree;
 
 pub use mesh_tree::MeshTree;

@@ -1,9 +1,12 @@
 //! The tree over all instances.
 
+use rayon::prelude::*;
+
 use super::binary::Binary;
 use super::collapse::{Leaves, collapse, nothing, validate};
 use super::mesh_tree::MeshTree;
 use super::node::{LEAF, Node};
+use super::pages::in_large_pages;
 use crate::aabb::Aabb;
 use crate::shape::{Analytic, LARGEST_LENGTH, SLACK, ShapeKind, ShapeRef, ShapeTable, with_shape};
 use crate::transform::{Affine, bounds_f64};
@@ -171,14 +174,10 @@ impl TopTree {
     /// Builds a tree. The result does not depend on the number of threads.
     pub fn build(instances: &Instances<'_>) -> Result<TopTree, TreeError> {
         instances.check()?;
-        let mut placed = Vec::with_capacity(instances.len());
-        let mut items = Vec::with_capacity(instances.len());
-        for instance in 0..instances.len() as u32 {
-            if let Some(place) = instances.place(instance)? {
-                placed.push(place);
-                items.push(instance);
-            }
-        }
+        let place = |instance: u32| Ok(instances.place(instance)?.map(|placed| (instance, placed)));
+        let placed: Vec<Option<(u32, Placed)>> =
+            (0..instances.len() as u32).into_par_iter().map(place).collect::<Result<_, TreeError>>()?;
+        let (items, placed): (Vec<u32>, Vec<Placed>) = placed.into_iter().flatten().unzip();
         let starts = placed.iter().fold(0.0, |reach: f32, place| reach.max(place.aabb.reach()));
         let distortion = placed.iter().fold(0.0, |most: f32, place| most.max(place.distortion));
         let boxes: Vec<Aabb> = placed.iter().map(|place| place.padded(starts)).collect();
@@ -193,7 +192,7 @@ impl TopTree {
                 }
             }
         }
-        Ok(TopTree { nodes: wide.nodes, places, stack: wide.stack, reach, starts, distortion })
+        Ok(TopTree { nodes: in_large_pages(wide.nodes), places, stack: wide.stack, reach, starts, distortion })
     }
 
     /// Adapts the boxes to instances that moved. Costs the depth of the tree for each; boxes may overlap more than those of a
