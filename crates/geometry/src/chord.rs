@@ -16,6 +16,7 @@ impl Chord {
         Chord { enter: Crossing { t: f64::NEG_INFINITY, face: 0 }, exit: Crossing { t: f64::INFINITY, face: 0 } };
 
     /// Keeps what lies between two crossings.
+    #[inline(always)]
     pub(crate) fn clip(&mut self, enter: Crossing, exit: Crossing) {
         if enter.t > self.enter.t {
             self.enter = enter;
@@ -26,6 +27,7 @@ impl Chord {
     }
 
     /// Keeps what lies between the planes x = -half (`low_face`) and x = +half (`high_face`) of one axis.
+    #[inline(always)]
     pub(crate) fn clip_slab(&mut self, x: f64, dx: f64, half: f64, low_face: u32, high_face: u32) {
         let low = Crossing { t: (-half - x) / dx, face: low_face };
         let high = Crossing { t: (half - x) / dx, face: high_face };
@@ -40,6 +42,7 @@ impl Chord {
 
     /// Keeps what lies where a·t² + 2·b·t + c ≤ 0. With a < 0 that is two half lines: the one from the later root on if
     /// `later`, otherwise the one up to the earlier root.
+    #[inline(always)]
     pub(crate) fn clip_quadratic(&mut self, [a, b, c]: [f64; 3], later: bool, face: u32) {
         let discriminant = b * b - a * c;
         let at = |t: f64| Crossing { t, face };
@@ -70,11 +73,13 @@ impl Chord {
         }
     }
 
+    #[inline(always)]
     fn clear(&mut self) {
         self.exit.t = f64::NEG_INFINITY;
     }
 
     /// The nearest crossing beyond `after`.
+    #[inline(always)]
     pub(crate) fn nearest(&self, after: f64) -> Option<Crossing> {
         let Chord { enter, exit } = *self;
         let ahead = enter.t < exit.t && exit.t > after && exit.t < f64::INFINITY;
@@ -84,6 +89,7 @@ impl Chord {
 
 /// Solves from the point of the line nearest to the shape's center, where numbers are as small as the shape: `solve` gets that
 /// origin, and the distance beyond which crossings count.
+#[inline(always)]
 pub(crate) fn recentered(
     origin: DVec3,
     direction: DVec3,

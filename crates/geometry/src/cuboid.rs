@@ -24,6 +24,7 @@ impl Analytic for Cuboid {
         check_length("half.z", self.half.z)
     }
 
+    #[inline(always)]
     fn bounds(&self) -> Aabb {
         Aabb::centered(self.half)
     }
@@ -32,6 +33,7 @@ impl Analytic for Cuboid {
         true
     }
 
+    #[inline(always)]
     fn crossing(&self, origin: DVec3, direction: DVec3) -> Option<Crossing> {
         let mut chord = Chord::LINE;
         for axis in 0..3 {

@@ -26,6 +26,7 @@ impl Analytic for Disk {
         Err(ShapeError { parameter: "inner_radius", value: self.inner_radius, expected })
     }
 
+    #[inline(always)]
     fn bounds(&self) -> Aabb {
         Aabb::centered(Vec3::new(self.radius, self.radius, 0.0))
     }
@@ -34,6 +35,7 @@ impl Analytic for Disk {
         false
     }
 
+    #[inline(always)]
     fn crossing(&self, origin: DVec3, direction: DVec3) -> Option<Crossing> {
         let (radius, inner) = (self.radius as f64, self.inner_radius as f64);
         let t = -origin.z / direction.z;

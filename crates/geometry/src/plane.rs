@@ -15,6 +15,7 @@ impl Analytic for Plane {
     }
 
     /// All of space: planes are kept beside the tree.
+    #[inline(always)]
     fn bounds(&self) -> Aabb {
         Aabb { min: Vec3::NEG_INFINITY, max: Vec3::INFINITY }
     }
@@ -23,6 +24,7 @@ impl Analytic for Plane {
         false
     }
 
+    #[inline(always)]
     fn crossing(&self, origin: DVec3, direction: DVec3) -> Option<Crossing> {
         let t = -origin.y / direction.y;
         (t > 0.0).then_some(Crossing { t, face: 0 })

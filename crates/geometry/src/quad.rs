@@ -20,6 +20,7 @@ impl Analytic for Quad {
         check_length("half.y", self.half.y)
     }
 
+    #[inline(always)]
     fn bounds(&self) -> Aabb {
         Aabb::centered(self.half.extend(0.0))
     }
@@ -28,6 +29,7 @@ impl Analytic for Quad {
         false
     }
 
+    #[inline(always)]
     fn crossing(&self, origin: DVec3, direction: DVec3) -> Option<Crossing> {
         let t = -origin.z / direction.z;
         let at = (origin + direction * t).truncate().abs();

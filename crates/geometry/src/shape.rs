@@ -32,7 +32,9 @@ pub trait Analytic: Copy + PartialEq {
 
     /// The nearest hit with t > 0 of a ray in object space.
     ///
-    /// t is kept in the interval that the ray spends in the shape's box, grown by its [`slack`]: what a box test may rely on.
+    /// t is kept in the interval that the ray spends in the shape's box, grown by a bound on rounding:
+    /// what box tests rely on.
+    #[inline(always)]
     fn intersect(&self, ray: &Ray) -> Option<LocalHit> {
         let (origin, direction) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
         let Crossing { t, face } = self.crossing(origin, direction)?;

@@ -21,6 +21,7 @@ impl Analytic for Sphere {
         check_length("radius", self.radius)
     }
 
+    #[inline(always)]
     fn bounds(&self) -> Aabb {
         Aabb::centered(Vec3::splat(self.radius))
     }
@@ -29,6 +30,7 @@ impl Analytic for Sphere {
         true
     }
 
+    #[inline(always)]
     fn crossing(&self, origin: DVec3, direction: DVec3) -> Option<Crossing> {
         let radius = self.radius as f64;
         recentered(origin, direction, |nearest, after| {

@@ -20,7 +20,7 @@ struct Avx2;
 #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
 pub(super) unsafe fn run<T: Task>(scene: &SceneGeometry<'_>, rays: Rays<'_>, task: T, memory: &mut Memory) {
     // SAFETY: as stated.
-    unsafe { wave::<Avx2, T>(scene, rays, task, memory) }
+    unsafe { wave::<Avx2, T>(scene, rays, None, task, memory) }
 }
 
 impl Kernel for Avx2 {

@@ -4,6 +4,7 @@
 use std::arch::x86_64::*;
 
 use super::eight::{Sheared, boxes, keys, store_ordered};
+use super::packet;
 use super::slabs::Slabs;
 use super::wave::{Kernel, Memory, Task, wave};
 use crate::ray::Rays;
@@ -18,9 +19,19 @@ struct Avx512;
 /// # Safety
 /// The machine has AVX-512 F, VL, DQ, BW and CD, AVX2, FMA and BMI.
 #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx512cd,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-pub(super) unsafe fn run<T: Task>(scene: &SceneGeometry<'_>, rays: Rays<'_>, task: T, memory: &mut Memory) {
+pub(super) unsafe fn run<T: Task>(scene: &SceneGeometry<'_>, rays: Rays<'_>, mut task: T, memory: &mut Memory) {
+    // Packets look for the nearest hits only: shadow rays are seldom coherent, and end at their first hit.
+    if T::ANY {
+        // SAFETY: as stated.
+        return unsafe { wave::<Avx512, T>(scene, rays, None, task, memory) };
+    }
+    let mut rest = std::mem::take(&mut memory.rest);
     // SAFETY: as stated.
-    unsafe { wave::<Avx512, T>(scene, rays, task, memory) }
+    unsafe {
+        packet::trace(scene, rays, &mut task, &mut memory.packets, &mut rest);
+        wave::<Avx512, T>(scene, rays, Some(&rest), task, memory);
+    }
+    memory.rest = rest;
 }
 
 impl Kernel for Avx512 {

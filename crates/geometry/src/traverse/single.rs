@@ -70,6 +70,18 @@ fn walk<S: Search>(
 
 /// Searches one instance.
 #[inline(always)]
+pub(crate) fn enter_instance(
+    scene: &SceneGeometry<'_>,
+    instance: u32,
+    ray: &Ray,
+    stacks: &mut Stacks,
+    search: &mut impl Search,
+) {
+    enter(scene, instance, ray, &mut stacks.mesh, search);
+}
+
+/// Searches one instance; true if the search is over.
+#[inline(always)]
 fn enter(
     scene: &SceneGeometry<'_>,
     instance: u32,

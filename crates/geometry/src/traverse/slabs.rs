@@ -17,7 +17,7 @@ use crate::ray::Ray;
 use crate::tree::node::Node;
 
 /// The growth of boxes, relative to the reach.
-const PAD: f32 = 20.0 / (1 << 24) as f32;
+pub(crate) const PAD: f32 = 20.0 / (1 << 24) as f32;
 
 /// A ray, prepared for the boxes of one tree.
 #[derive(Clone, Copy, Debug)]

@@ -152,6 +152,11 @@ pub(crate) fn run<T: Task>(scene: &SceneGeometry<'_>, level: Level, rays: Rays<'
 pub(crate) struct Memory {
     slots: Vec<Slot>,
     stacks: Vec<u32>,
+    #[cfg(target_arch = "x86_64")]
+    pub(crate) packets: super::packet::Memory,
+    /// Rays that no packet took.
+    #[cfg(target_arch = "x86_64")]
+    pub(crate) rest: Vec<u32>,
 }
 
 thread_local! {
@@ -192,19 +197,25 @@ struct Lists {
     bottom: [u8; SLOTS + 1],
 }
 
-/// Sends all rays through the scene.
+/// Sends rays through the scene: all, or those listed in `order`.
 ///
 /// # Safety
 /// The machine has the kernel's instruction set.
 #[inline(always)]
-pub(crate) unsafe fn wave<K: Kernel, T: Task>(scene: &SceneGeometry<'_>, rays: Rays<'_>, task: T, memory: &mut Memory) {
+pub(crate) unsafe fn wave<K: Kernel, T: Task>(
+    scene: &SceneGeometry<'_>,
+    rays: Rays<'_>,
+    order: Option<&[u32]>,
+    task: T,
+    memory: &mut Memory,
+) {
     let deepest = scene.mesh_trees.iter().fold(1, |most, tree| most.max(tree.stack));
     let entries = scene.top.stack + deepest + 16;
     memory.stacks.resize((SLOTS * Stacks::stride(entries)).max(memory.stacks.len()), 0);
     memory.slots.resize_with(SLOTS, Slot::idle);
     let stacks = Stacks { base: memory.stacks.as_mut_ptr(), entries };
     let slots: &mut [Slot; SLOTS] = memory.slots.as_mut_slice().try_into().expect("there are that many slots");
-    let mut wave = Wave { scene, rays, task, slots, stacks, next_ray: 0 };
+    let mut wave = Wave { scene, rays, order, task, slots, stacks, next_ray: 0 };
     // SAFETY: the stacks have room for the deepest tree of each level, their sentinels, and eight entries more.
     unsafe { wave.run::<K>() };
 }
@@ -212,6 +223,8 @@ pub(crate) unsafe fn wave<K: Kernel, T: Task>(scene: &SceneGeometry<'_>, rays: R
 struct Wave<'a, 'm, T> {
     scene: &'a SceneGeometry<'a>,
     rays: Rays<'a>,
+    /// Which rays to trace, if not all.
+    order: Option<&'a [u32]>,
     task: T,
     slots: &'m mut [Slot; SLOTS],
     stacks: Stacks,
@@ -375,8 +388,9 @@ impl<T: Task> Wave<'_, '_, T> {
     /// Takes the next ray that has to be traced, with the root on its stack. False if there is none.
     #[inline(always)]
     fn begin(&mut self, slot: usize) -> bool {
-        while self.next_ray < self.rays.len() {
-            let index = self.next_ray;
+        let count = self.order.map_or(self.rays.len(), <[u32]>::len);
+        while self.next_ray < count {
+            let index = self.order.map_or(self.next_ray, |order| order[self.next_ray] as usize);
             self.next_ray += 1;
             let ray = self.rays.get(index);
             let (distances, references) = self.stacks.of(slot);

@@ -263,6 +263,13 @@ impl TopTree {
         size_of_val(&*self.nodes) + size_of_val(&*self.places)
     }
 
+    /// The box of an instance that is in the tree.
+    #[inline(always)]
+    pub(crate) fn box_of(&self, instance: u32) -> Aabb {
+        let at = self.places[instance as usize] as usize;
+        self.nodes[at >> 3].bounds(at & 7)
+    }
+
     /// By how much box tests have to be generous to a ray that starts there, beyond what [`Placed::padded`] does.
     #[inline(always)]
     pub(crate) fn slack(&self, start: f32) -> f32 {
