@@ -55,26 +55,41 @@ impl<L: Leaves> Plan<'_, L> {
         reference & LEAF != 0 || self.leaf[reference as usize] != 0
     }
 
-    /// The cost of a subtree as at most `places` wide ones.
-    fn cost(&self, reference: u32, places: usize) -> f32 {
+    /// The costs of a subtree as at most 1 to 7 wide ones.
+    #[inline(always)]
+    fn costs(&self, reference: u32) -> [f32; 7] {
         if reference & LEAF != 0 {
-            self.leaves.bounds(reference & !LEAF).half_area()
+            [self.leaves.bounds(reference & !LEAF).half_area(); 7]
         } else {
-            self.cost[reference as usize][places - 1]
+            self.cost[reference as usize]
         }
     }
 
-    /// The cheapest way to share places between the children of a node: the cost, and the first child's share.
-    fn share(&self, node: u32, places: usize) -> (f32, usize) {
+    /// The costs of the children of a node together, as at most 2 to 8 wide subtrees: what is at `places` is for so many.
+    fn shares(&self, node: u32) -> [f32; 9] {
         let [a, b] = self.binary.nodes[node as usize].children;
+        let (a, b) = (self.costs(a), self.costs(b));
+        let mut shares = [f32::INFINITY; 9];
+        for first in 1..8 {
+            for second in 1..9 - first {
+                shares[first + second] = shares[first + second].min(a[first - 1] + b[second - 1]);
+            }
+        }
+        shares
+    }
+
+    /// The first child's share of places where both together are cheapest.
+    fn first_share(&self, node: u32, places: usize) -> usize {
+        let [a, b] = self.binary.nodes[node as usize].children;
+        let (a, b) = (self.costs(a), self.costs(b));
         let mut best = (f32::INFINITY, 1);
         for first in places.saturating_sub(7).max(1)..places.min(8) {
-            let cost = self.cost(a, first) + self.cost(b, places - first);
+            let cost = a[first - 1] + b[places - first - 1];
             if cost < best.0 {
                 best = (cost, first);
             }
         }
-        best
+        best.1
     }
 
     fn price(&mut self) {
@@ -90,10 +105,7 @@ impl<L: Leaves> Plan<'_, L> {
                 self.gather(node as u32, &mut items);
                 fits = self.leaves.fits(&items);
             }
-            let shares: [f32; 9] = std::array::from_fn(|places| match places {
-                0 | 1 => f32::INFINITY,
-                _ => self.share(node as u32, places).0,
-            });
+            let shares = self.shares(node as u32);
             let inner = half_area + shares.into_iter().fold(f32::INFINITY, f32::min);
             let leaf = if fits { half_area } else { f32::INFINITY };
             if leaf <= inner {
@@ -110,6 +122,10 @@ impl<L: Leaves> Plan<'_, L> {
     /// The items below a reference, in order.
     fn gather(&self, reference: u32, items: &mut Vec<u32>) {
         items.clear();
+        if reference & LEAF != 0 {
+            items.push(reference & !LEAF);
+            return;
+        }
         let mut todo = vec![reference];
         while let Some(reference) = todo.pop() {
             if reference & LEAF != 0 {
@@ -122,22 +138,25 @@ impl<L: Leaves> Plan<'_, L> {
     }
 
     /// The wide children of a node, inner ones first.
-    fn children(&self, node: u32, children: &mut Vec<u32>) {
+    fn children(&self, node: u32, children: &mut Vec<u32>, todo: &mut Vec<(u32, usize, bool)>) {
         children.clear();
-        let cheapest = (2..=8).fold((f32::INFINITY, 2), |best, places| {
-            let (cost, _) = self.share(node, places);
-            if cost < best.0 { (cost, places) } else { best }
-        });
-        let mut todo = vec![(node, cheapest.1, true)];
+        let shares = self.shares(node);
+        let cheapest = (3..=8).fold(2, |best, places| if shares[places] < shares[best] { places } else { best });
+        todo.push((node, cheapest, true));
         while let Some((reference, mut places, open)) = todo.pop() {
-            while !open && places > 1 && self.cost(reference, places) >= self.cost(reference, places - 1) {
-                places -= 1;
-            }
-            if reference & LEAF != 0 || !open && places == 1 {
+            if reference & LEAF != 0 {
                 children.push(reference);
                 continue;
             }
-            let (_, first) = self.share(reference, places);
+            let costs = self.cost[reference as usize];
+            while !open && places > 1 && costs[places - 1] >= costs[places - 2] {
+                places -= 1;
+            }
+            if !open && places == 1 {
+                children.push(reference);
+                continue;
+            }
+            let first = self.first_share(reference, places);
             let [a, b] = self.binary.nodes[reference as usize].children;
             todo.extend([(b, places - first, false), (a, first, false)]);
         }
@@ -147,7 +166,7 @@ impl<L: Leaves> Plan<'_, L> {
     /// Writes the nodes: children of a node are neighbors, and whole subtrees follow one another.
     fn emit(&mut self) -> Wide {
         let mut nodes = vec![Node::EMPTY];
-        let (mut children, mut items) = (Vec::with_capacity(8), Vec::with_capacity(8));
+        let (mut children, mut items, mut open) = (Vec::with_capacity(8), Vec::with_capacity(8), Vec::with_capacity(8));
         let mut todo = vec![(self.binary.root, 0usize)];
         while let Some((reference, here)) = todo.pop() {
             // Only a root can be a leaf here.
@@ -155,7 +174,7 @@ impl<L: Leaves> Plan<'_, L> {
                 children.clear();
                 children.push(reference);
             } else {
-                self.children(reference, &mut children);
+                self.children(reference, &mut children, &mut open);
             }
             let first = nodes.len();
             for (place, &child) in children.iter().enumerate() {
