@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use bevy_ecs::entity::Entity;
 use bevy_ecs::lifecycle::RemovedComponents;
 use bevy_ecs::name::Name;
+use bevy_ecs::query::With;
 use bevy_ecs::resource::Resource;
 use bevy_ecs::system::{Query, Res, ResMut};
 use brewster_buffers as buffers;
@@ -26,7 +27,8 @@ pub(super) struct CameraIndex {
 
 /// Writes cameras if any of them changed, moved, came or went, or has another name.
 pub(super) fn flatten_cameras(
-    (watch, keys, names, moved): (Watch<Camera>, Watch<SceneKey>, Watch<Name>, Res<Moved>),
+    (watch, moved): (Watch<Camera>, Res<Moved>),
+    (keys, names): (Watch<SceneKey, With<Camera>>, Watch<Name, With<Camera>>),
     (mut removed, mut unnamed): (RemovedComponents<Camera>, RemovedComponents<Name>),
     cameras: Query<(Entity, &SceneKey, &WorldTransform, &Camera, Option<&Name>)>,
     mut index: ResMut<CameraIndex>,
@@ -35,8 +37,8 @@ pub(super) fn flatten_cameras(
 ) {
     let mut stale = removed.read().count() + unnamed.read().filter(|&entity| cameras.contains(entity)).count() > 0;
     for_each_changed(&watch, |_, _| stale = true);
-    for_each_changed(&keys, |entity, _| stale |= cameras.contains(entity));
-    for_each_changed(&names, |entity, _| stale |= cameras.contains(entity));
+    for_each_changed(&keys, |_, _| stale = true);
+    for_each_changed(&names, |_, _| stale = true);
     if !stale && !moved.0.iter().any(|&entity| cameras.contains(entity)) {
         return;
     }

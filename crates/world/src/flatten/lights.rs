@@ -6,6 +6,7 @@ use std::collections::BTreeMap;
 
 use bevy_ecs::entity::Entity;
 use bevy_ecs::lifecycle::RemovedComponents;
+use bevy_ecs::query::With;
 use bevy_ecs::resource::Resource;
 use bevy_ecs::system::{Query, Res, ResMut};
 use brewster_buffers as buffers;
@@ -29,7 +30,7 @@ pub(super) struct LightIndex {
 
 /// Writes lights if any of them changed, moved, came or went.
 pub(super) fn flatten_lights(
-    (watch, keys, moved): (Watch<Light>, Watch<SceneKey>, Res<Moved>),
+    (watch, keys, moved): (Watch<Light>, Watch<SceneKey, With<Light>>, Res<Moved>),
     mut removed: RemovedComponents<Light>,
     lights: Query<(Entity, &SceneKey, &WorldTransform, &Light)>,
     mut index: ResMut<LightIndex>,
@@ -38,7 +39,7 @@ pub(super) fn flatten_lights(
 ) {
     let mut stale = removed.read().count() > 0;
     for_each_changed(&watch, |_, _| stale = true);
-    for_each_changed(&keys, |entity, _| stale |= lights.contains(entity));
+    for_each_changed(&keys, |_, _| stale = true);
     if !stale && !moved.0.iter().any(|&entity| lights.contains(entity)) {
         return;
     }

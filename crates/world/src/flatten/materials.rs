@@ -5,6 +5,7 @@
 
 use bevy_ecs::entity::Entity;
 use bevy_ecs::lifecycle::RemovedComponents;
+use bevy_ecs::query::With;
 use bevy_ecs::resource::Resource;
 use bevy_ecs::system::{Query, ResMut};
 use brewster_buffers as buffers;
@@ -50,7 +51,7 @@ impl MaterialIndex {
 
 /// Writes the row of each material that changed within its kind, unless that is not enough.
 pub(super) fn flatten_changed_materials(
-    (watch, keys): (Watch<Material>, Watch<SceneKey>),
+    (watch, keys): (Watch<Material>, Watch<SceneKey, With<Material>>),
     mut removed: RemovedComponents<Material>,
     materials: Query<&Material>,
     mut index: ResMut<MaterialIndex>,
@@ -62,9 +63,13 @@ pub(super) fn flatten_changed_materials(
     let mut stale = removed.read().filter(gone).count() > 0;
     for_each_changed(&keys, |entity, key| stale |= index.directory.is_out_of_order(entity, key));
     let mut changed: Vec<(usize, Entity)> = Vec::new();
-    for_each_changed(&watch, |entity, material| match index.keeps_row(entity, material, &buffers.materials) {
-        Some(row) => changed.push((row, entity)),
-        None => stale = true,
+    for_each_changed(&watch, |entity, material| {
+        if !stale {
+            match index.keeps_row(entity, material, &buffers.materials) {
+                Some(row) => changed.push((row, entity)),
+                None => stale = true,
+            }
+        }
     });
     index.stale = stale;
     if stale {

@@ -7,6 +7,7 @@ use std::sync::Arc;
 
 use bevy_ecs::entity::Entity;
 use bevy_ecs::lifecycle::RemovedComponents;
+use bevy_ecs::query::With;
 use bevy_ecs::resource::Resource;
 use bevy_ecs::system::{Query, Res, ResMut};
 use brewster_buffers::SceneBuffers;
@@ -49,7 +50,7 @@ impl ShapeIndex {
 
 /// Writes the row of each shape that changed within its kind, unless that is not enough.
 pub(super) fn flatten_changed_shapes(
-    (watch, keys): (Watch<Shape>, Watch<SceneKey>),
+    (watch, keys): (Watch<Shape>, Watch<SceneKey, With<Shape>>),
     mut removed: RemovedComponents<Shape>,
     shapes: Query<&Shape>,
     mut index: ResMut<ShapeIndex>,
@@ -62,7 +63,7 @@ pub(super) fn flatten_changed_shapes(
     for_each_changed(&keys, |entity, key| stale |= index.directory.is_out_of_order(entity, key));
     index.changed.clear();
     for_each_changed(&watch, |entity, shape| {
-        stale |= !index.find(entity).is_some_and(|(_, old)| keeps_row(shape, old, table));
+        stale = stale || !index.find(entity).is_some_and(|(_, old)| keeps_row(shape, old, table));
         index.changed.push(entity);
     });
     index.stale = stale;

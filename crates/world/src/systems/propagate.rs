@@ -7,6 +7,7 @@ use bevy_ecs::change_detection::DetectChanges;
 use bevy_ecs::entity::{Entity, EntityHashMap};
 use bevy_ecs::hierarchy::{ChildOf, Children};
 use bevy_ecs::lifecycle::RemovedComponents;
+use bevy_ecs::query::{QueryData, With, Without};
 use bevy_ecs::resource::Resource;
 use bevy_ecs::system::{Query, ResMut};
 use bevy_ecs::world::Mut;
@@ -20,24 +21,25 @@ use crate::components::{Transform, WorldTransform};
 #[derive(Resource, Default)]
 pub(crate) struct Moved(pub(crate) Vec<Entity>);
 
-/// What a propagation reads of an entity.
-type Node = (Option<&'static Transform>, Option<&'static ChildOf>, Option<&'static Children>);
+/// What a propagation reads and writes of an entity.
+type Node =
+    (Option<&'static Transform>, Option<&'static ChildOf>, Option<&'static Children>, &'static mut WorldTransform);
 
 /// Writes [`WorldTransform`] of all entities at or below a transform or parent that changed.
 ///
 /// An entity in or below a cycle of parents gets one that is not finite.
 pub(crate) fn propagate_transforms(
-    transforms: Watch<Transform>,
+    (roots, others): (Watch<Transform, Without<ChildOf>>, Watch<Transform, With<ChildOf>>),
     parents: Watch<ChildOf>,
     (mut stripped, mut orphaned): (RemovedComponents<Transform>, RemovedComponents<ChildOf>),
-    nodes: Query<Node>,
-    mut worlds: Query<&mut WorldTransform>,
+    mut nodes: Query<Node>,
     mut moved: ResMut<Moved>,
 ) {
     moved.0.clear();
-    let mut depths = Depths { nodes: &nodes, parents: EntityHashMap::default(), path: Vec::new() };
+    let mut depths = Depths { nodes: nodes.as_readonly(), parents: EntityHashMap::default(), path: Vec::new() };
     let mut edited: Vec<(u32, Entity)> = Vec::new();
-    for_each_changed(&transforms, |entity, _| edited.push((depths.of(entity), entity)));
+    for_each_changed(&roots, |entity, _| edited.push((0, entity)));
+    for_each_changed(&others, |entity, _| edited.push((depths.of(entity), entity)));
     for_each_changed(&parents, |entity, _| edited.push((depths.of(entity), entity)));
     edited.extend(stripped.read().chain(orphaned.read()).map(|entity| (depths.of(entity), entity)));
     // From the top down: when its turn comes, all above an entity is final.
@@ -45,17 +47,17 @@ pub(crate) fn propagate_transforms(
 
     let mut pending: Vec<(Entity, Affine3A)> = Vec::new();
     for (depth, entity) in edited {
-        let Ok((_, parent, _)) = nodes.get(entity) else { continue };
-        let above = match parent {
-            _ if depth == Depths::CYCLE => Affine3A::NAN,
-            None => Affine3A::IDENTITY,
-            Some(parent) => worlds.get(parent.parent()).map_or(Affine3A::IDENTITY, |world| world.0),
+        let above = match depth {
+            0 => Affine3A::IDENTITY,
+            Depths::CYCLE => Affine3A::NAN,
+            _ => nodes.get(entity).map_or(Affine3A::IDENTITY, |(_, parent, ..)| {
+                let parent = parent.and_then(|parent| nodes.get(parent.parent()).ok());
+                parent.map_or(Affine3A::IDENTITY, |(.., place)| place.0)
+            }),
         };
         pending.push((entity, above));
         while let Some((entity, above)) = pending.pop() {
-            let (Ok((transform, _, children)), Ok(mut world)) = (nodes.get(entity), worlds.get_mut(entity)) else {
-                continue;
-            };
+            let Ok((transform, _, children, mut world)) = nodes.get_mut(entity) else { continue };
             let place = above * transform.copied().unwrap_or_default().0;
             if set_place(&mut world, place) {
                 pending.extend(children.into_iter().flatten().map(|&child| (child, world.0)));
@@ -79,13 +81,13 @@ fn set_place(world: &mut Mut<WorldTransform>, place: Affine3A) -> bool {
 }
 
 /// How many parents are above an entity; those of parents are remembered, so that a chain is climbed once.
-struct Depths<'q, 'w, 's> {
-    nodes: &'q Query<'w, 's, Node>,
+struct Depths<'w, 's> {
+    nodes: Query<'w, 's, <Node as QueryData>::ReadOnly>,
     parents: EntityHashMap<u32>,
     path: Vec<Entity>,
 }
 
-impl Depths<'_, '_, '_> {
+impl Depths<'_, '_> {
     /// In or below a cycle.
     const CYCLE: u32 = u32::MAX;
     /// Being climbed: who meets it has gone round in a cycle.
