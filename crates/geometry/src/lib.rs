@@ -4,7 +4,7 @@
 //!   mesh, a [`TopTree`] over all instances.
 //! - [`closest_hits`] and [`occluded`] send [`Rays`] through it; [`Hit`]s are ordered, so that every tree and every kernel
 //!   finds the same ones, to the bit.
-//! - [`surface`] says what was hit, and [`offset_origin`] where the next ray starts.
+//! - [`surface()`] says what was hit, and [`offset_origin`] where the next ray starts.
 //!
 //! ```
 //! use brewster_geometry::*;

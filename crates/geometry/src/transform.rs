@@ -74,14 +74,18 @@ impl Affine {
 
     /// The inverse, computed in f64.
     ///
-    /// A map is singular if its determinant is below 10⁻¹² of the product of its columns' lengths: such a shape is flat to
-    /// f32's precision.
+    /// A map is singular if its determinant, or its inverse's, is below 10⁻¹² of the product of the columns' lengths: such a
+    /// shape is flat to f32's precision.
     pub fn inverse(&self) -> Result<Affine, TransformError> {
         self.finite()?;
         let (linear, translation) = self.inverse_f64().ok_or(TransformError::Singular)?;
         let columns = [linear.x_axis, linear.y_axis, linear.z_axis, translation];
         let rows = std::array::from_fn(|row| std::array::from_fn(|column| columns[column][row] as f32));
-        Affine { rows }.finite().map_err(|_| TransformError::Singular)
+        let inverse = Affine { rows };
+        if inverse.finite().is_err() || inverse.inverse_f64().is_none() {
+            return Err(TransformError::Singular);
+        }
+        Ok(inverse)
     }
 
     /// The inverse's linear part and translation.

@@ -205,3 +205,28 @@ fn after_moves() {
         check(&format!("moved {round} times"), &scene, &rays_for(&scene, &mut random, 500));
     }
 }
+
+/// Rows of neighbors from one eye, which some kernels take together: wide and narrow views, near and far.
+#[test]
+fn cameras() {
+    let mut random = Random(9);
+    let mut ball_alone = Scene::default();
+    let shape = ball_alone.mesh(ball(3, hills));
+    ball_alone.place(shape, placed(Vec3::new(1.0, 0.7, 1.2), Quat::from_rotation_y(0.4), Vec3::new(0.2, 0.1, 0.0)));
+    for (name, scene) in [("ball", ball_alone.built()), ("every kind", every_kind(&mut random, 60, 2.0, 1.0).built())] {
+        let mut rays = RayColumns::default();
+        for (eye, width) in
+            [(Vec3::new(0.3, 0.5, 4.0), 0.6), (Vec3::new(9.0, -7.0, 3.0), 0.02), (Vec3::splat(0.01), 2.0)]
+        {
+            let forward = -eye.normalize();
+            let right = forward.cross(Vec3::Y).normalize();
+            let up = right.cross(forward);
+            for i in 0..48 * 48 {
+                let at = |pixel: usize| (pixel as f32 / 48.0 - 0.5) * width;
+                let direction = (forward + right * at(i % 48) + up * at(i / 48)).normalize();
+                rays.push(Ray { origin: eye, direction });
+            }
+        }
+        check(name, &scene, &rays);
+    }
+}

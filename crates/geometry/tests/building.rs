@@ -60,6 +60,19 @@ fn memory_is_as_stated() {
     assert!(top < 80.0, "{top} bytes an instance");
 }
 
+/// Shapes that are all but flat, seen at a slant, among others far out: pads grow beyond all measure, trees stay trees.
+#[test]
+fn extreme_instances_are_built() {
+    let (mut scene, shapes) = Scene::with_every_analytic_shape();
+    let mut random = Random(4);
+    for i in 0..40 {
+        let scale = Vec3::new(1e5, 1.0, [1e-2, 1e3][i % 2]);
+        let at = if i % 4 == 0 { random.cube() * 1e14 } else { random.cube() };
+        scene.place(shapes[[0, 4, 7][i % 3]], placed(scale, random.rotation(), at));
+    }
+    scene.built();
+}
+
 #[test]
 fn bad_instances_are_errors() {
     let (mut scene, shapes) = Scene::with_every_analytic_shape();

@@ -101,18 +101,14 @@ impl Instances<'_> {
         (0..self.len() as u32).filter(|&instance| self.shapes[instance as usize].kind == ShapeKind::Plane).collect()
     }
 
-    fn check(&self) -> Result<(), TreeError> {
+    fn check_lengths(&self) -> Result<(), TreeError> {
         if self.world_to_object.len() != self.shapes.len()
             || self.mesh_trees.len() != self.table.meshes.len()
             || self.len() > MOST_INSTANCES
         {
             return Err(TreeError::BadLengths);
         }
-        let missing = |shape: &ShapeRef| shape.row as usize >= self.table.len(shape.kind);
-        match self.shapes.iter().position(missing) {
-            Some(instance) => Err(TreeError::NoSuchShape { instance: instance as u32 }),
-            None => Ok(()),
-        }
+        Ok(())
     }
 
     /// The smallest box around an instance, in world space: empty for a mesh without area, and for a plane. An error says that
@@ -123,7 +119,11 @@ impl Instances<'_> {
 
     /// Where an instance is; `None` for a plane, and for a mesh without area.
     fn place(&self, instance: u32) -> Result<Option<Placed>, TreeError> {
-        let shape = self.shapes[instance as usize];
+        let missing = TreeError::NoSuchShape { instance };
+        let shape = *self.shapes.get(instance as usize).ok_or(missing)?;
+        if shape.row as usize >= self.table.len(shape.kind) {
+            return Err(missing);
+        }
         let local =
             with_shape!(self.table, shape, analytic => analytic.bounds(), mesh => *self.mesh_trees[mesh].bounds());
         if shape.kind == ShapeKind::Plane || local.is_empty() {
@@ -144,7 +144,7 @@ impl Instances<'_> {
         let both = |r: glam::DVec3| sum(inward[0] * r.x + inward[1] * r.y + inward[2] * r.z);
         let distortion = outward.map(both).into_iter().fold(0.0, f64::max);
         let fixed = stretch * local.reach() as f64 + distortion * translation.abs().max_element();
-        Ok(Some(Placed { aabb, fixed: fixed as f32, distortion: distortion as f32 }))
+        Ok(Some(Placed { aabb, fixed: fixed as f32, distortion: distortion.min(1e20) as f32 }))
     }
 }
 
@@ -166,18 +166,25 @@ const INSTANCE_SLACK: f32 = SLACK as f32 * 1.3;
 
 impl Placed {
     fn padded(&self, starts: f32) -> Aabb {
-        self.aabb.padded(INSTANCE_SLACK * (self.fixed + self.distortion * starts))
+        // A map that all but flattens space may ask for more than there is; areas must not overflow.
+        let pad = INSTANCE_SLACK * (self.fixed + self.distortion * starts);
+        self.aabb.padded(pad.min(1e3 * LARGEST_LENGTH))
     }
 }
 
 impl TopTree {
     /// Builds a tree. The result does not depend on the number of threads.
     pub fn build(instances: &Instances<'_>) -> Result<TopTree, TreeError> {
-        instances.check()?;
-        let place = |instance: u32| Ok(instances.place(instance)?.map(|placed| (instance, placed)));
-        let placed: Vec<Option<(u32, Placed)>> =
-            (0..instances.len() as u32).into_par_iter().map(place).collect::<Result<_, TreeError>>()?;
-        let (items, placed): (Vec<u32>, Vec<Placed>) = placed.into_iter().flatten().unzip();
+        instances.check_lengths()?;
+        let all: Vec<Result<Option<Placed>, TreeError>> =
+            (0..instances.len() as u32).into_par_iter().map(|instance| instances.place(instance)).collect();
+        let (mut items, mut placed) = (Vec::with_capacity(all.len()), Vec::with_capacity(all.len()));
+        for (instance, place) in (0..).zip(all) {
+            if let Some(place) = place? {
+                items.push(instance);
+                placed.push(place);
+            }
+        }
         let starts = placed.iter().fold(0.0, |reach: f32, place| reach.max(place.aabb.reach()));
         let distortion = placed.iter().fold(0.0, |most: f32, place| most.max(place.distortion));
         let boxes: Vec<Aabb> = placed.iter().map(|place| place.padded(starts)).collect();
@@ -200,17 +207,11 @@ impl TopTree {
     ///
     /// The instances are as many and have the same shapes as when the tree was built. An error leaves the tree as it was.
     pub fn refit(&mut self, instances: &Instances<'_>, moved: &[u32]) -> Result<(), TreeError> {
-        instances.check()?;
+        instances.check_lengths()?;
         if self.places.len() != instances.len() {
             return Err(TreeError::BadLengths);
         }
-        let mut placed = Vec::with_capacity(moved.len());
-        for &instance in moved {
-            if instance as usize >= instances.len() {
-                return Err(TreeError::NoSuchShape { instance });
-            }
-            placed.push(instances.place(instance)?);
-        }
+        let placed = moved.iter().map(|&instance| instances.place(instance)).collect::<Result<Vec<_>, TreeError>>()?;
         for (&instance, place) in moved.iter().zip(&placed) {
             let at = self.places[instance as usize];
             let (Some(place), true) = (place, at != NOWHERE) else { continue };
@@ -278,7 +279,7 @@ impl TopTree {
 
     /// Checks what the tree promises: every instance with an end is in it once, every box holds what is in it.
     pub fn validate(&self, instances: &Instances<'_>) -> Result<(), String> {
-        instances.check().map_err(|error| error.to_string())?;
+        instances.check_lengths().map_err(|error| error.to_string())?;
         validate(&self.nodes, self.stack)?;
         if self.places.len() != instances.len() {
             return Err(format!("{} instances in a tree over {}", instances.len(), self.places.len()));
