@@ -9,6 +9,9 @@
 //! 3. nodes: eight boxes, their children pushed in order;
 //! 4. patches: eight triangles in f32, those that may be hit in f64.
 //!
+//! Against one ray after the other in plain Rust (`benches/traversal.rs`, AVX2, best of four rounds): camera rays 1.7 to 2.0 times
+//! the rays per second, bounces 1.8 to 4.8, shadow rays 1.7 to 3.4; most where the tree is larger than the cache.
+//!
 //! Two levels share one stack: entering a mesh leaves a [`LEAVE`] behind, under which the top level's entries wait. What a slot
 //! finds depends on its ray alone, whatever the other slots do.
 #![expect(unsafe_code, reason = "lists and stacks are sized before the loop, which then checks no bounds")]
