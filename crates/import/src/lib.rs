@@ -1,1 +1,141 @@
 //! Files to entities.
+//!
+//! [`load_scene`] reads a scene in RON, with everything that it refers to, and gives a [`Scene`]: the list of entities to be.
+//! [`Scene::apply`] makes a world hold them; applied to a world that holds an earlier state of the scene it writes only what
+//! is another now. What the author should know comes as [`Diagnostic`]s, each with file, line, column, the offending text and
+//! the nearest valid name. The format is described in this crate's `README.md`.
+//!
+//! ```
+//! use bevy_ecs::world::World;
+//! use brewster_import::{Importer, LoadOptions};
+//! use brewster_world::components::Shape;
+//!
+//! let mut importer = Importer::new(LoadOptions::default());
+//! let text = r#"Scene(
+//!     camera: Perspective(eye: (0, 0, 5)),
+//!     materials: { "gold": Metal(of: "Au") },
+//!     entities: [
+//!         (shape: Sphere(), material: "gold"),
+//!         (light: Point(intensity: 40), at: (3, 4, 5)),
+//!     ],
+//! )"#;
+//! let loaded = importer.load_text("ball.ron".as_ref(), text).expect("the scene is right");
+//! let mut world = World::new();
+//! loaded.scene.apply(&mut world);
+//! assert_eq!(world.query::<&Shape>().iter(&world).count(), 1);
+//!
+//! let failure = importer.load_text("ball.ron".as_ref(), &text.replace("\"gold\"),", "\"golf\"),")).unwrap_err();
+//! assert_eq!(failure.diagnostics[0].help.as_deref(), Some("did you mean \"gold\"?"));
+//!
+//! // An edit touches what it changes and nothing else.
+//! let loaded = importer.load_text("ball.ron".as_ref(), &text.replace("40", "60")).expect("the scene is right");
+//! assert_eq!(loaded.scene.apply(&mut world).changed, 1);
+//! ```
+
+mod diagnostics;
+mod findings;
+mod hash;
+mod image;
+mod limits;
+pub mod manual;
+mod mesh;
+mod ron;
+mod sandbox;
+mod scene;
+mod session;
+mod source;
+
+use std::path::{Path, PathBuf};
+
+pub use diagnostics::{Code, Diagnostic, Excerpt, Severity};
+pub use limits::Limits;
+pub use scene::{Applied, Imported, Scene};
+
+use session::{Assets, Session};
+
+/// How scenes are read.
+#[derive(Clone, Debug, Default)]
+pub struct LoadOptions {
+    /// Folders beside the scene's own that files may be read from.
+    pub allow_paths: Vec<PathBuf>,
+    /// Paths and values that take the place of what the scene file says, such as `materials.glass.ior` and `1.33`.
+    pub overrides: Vec<(String, String)>,
+    /// How large a scene may be.
+    pub limits: Limits,
+}
+
+/// A scene that was read.
+#[derive(Debug)]
+pub struct Loaded {
+    /// What its entities are to be.
+    pub scene: Scene,
+    /// Warnings.
+    pub diagnostics: Vec<Diagnostic>,
+    /// The files that were read, the scene's own first: when one changes, the scene may.
+    pub dependencies: Vec<PathBuf>,
+    /// A hash of these files' contents and of the overrides.
+    pub hash: u64,
+}
+
+/// A scene that could not be read.
+#[derive(Debug)]
+pub struct Failure {
+    /// Errors, and warnings beside them.
+    pub diagnostics: Vec<Diagnostic>,
+    /// The files that were asked for, whether they could be read or not: when one changes, the scene may be whole again.
+    pub dependencies: Vec<PathBuf>,
+}
+
+impl std::fmt::Display for Failure {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        self.diagnostics.iter().try_for_each(|diagnostic| writeln!(f, "{diagnostic}"))
+    }
+}
+
+impl std::error::Error for Failure {}
+
+/// Reads a scene once. To read it again after an edit, keep an [`Importer`].
+pub fn load_scene(path: &Path, options: &LoadOptions) -> Result<Loaded, Failure> {
+    Importer::new(options.clone()).load(path)
+}
+
+/// Reads scenes and remembers pictures and meshes: a file that did not change is not decoded again, and the mesh it holds is
+/// the same one in memory.
+#[derive(Debug, Default)]
+pub struct Importer {
+    options: LoadOptions,
+    assets: Assets,
+}
+
+impl Importer {
+    /// An importer that remembers nothing yet.
+    pub fn new(options: LoadOptions) -> Importer {
+        Importer { options, assets: Assets::default() }
+    }
+
+    /// Reads the scene in a file.
+    pub fn load(&mut self, path: &Path) -> Result<Loaded, Failure> {
+        self.load_with(path, |session| session.read_scene(path))
+    }
+
+    /// Reads a scene whose file would stand at `path` and say `text`: an editor's buffer, or a scene made by a program.
+    pub fn load_text(&mut self, path: &Path, text: &str) -> Result<Loaded, Failure> {
+        self.load_with(path, |session| session.add_scene(path, text.as_bytes().to_vec()))
+    }
+
+    fn load_with(
+        &mut self,
+        path: &Path,
+        read: impl FnOnce(&mut Session) -> Option<source::SourceId>,
+    ) -> Result<Loaded, Failure> {
+        let LoadOptions { allow_paths, overrides, limits } = &self.options;
+        let mut session = Session::new(path, allow_paths, *limits, &mut self.assets);
+        let scene = read(&mut session).and_then(|source| ron::load(&mut session, source, path, overrides));
+        let (dependencies, hash) = (session.dependencies, session.digest.finish());
+        let diagnostics = session.found.finish();
+        match scene {
+            Some(scene) => Ok(Loaded { scene, diagnostics, dependencies, hash }),
+            None => Err(Failure { diagnostics, dependencies }),
+        }
+    }
+}

@@ -14,3 +14,10 @@ pub use material::{Color, Material, Reflectance, UsesMaterial};
 pub use settings::{Background, Settings};
 pub use shape::{Shape, UsesShape};
 pub use transform::{SceneKey, Transform, WorldTransform};
+
+/// What components are made of: types of the crates below, under one roof, so that an importer needs no other.
+pub mod parts {
+    pub use brewster_buffers::{Axis, Background, Image, Integrator, PixelFilter, Settings, Texture, ToneMapping};
+    pub use brewster_geometry::{Affine, TriangleMesh};
+    pub use brewster_optics::fresnel::FresnelModel;
+}

@@ -1,0 +1,58 @@
+//! Scene files in RON: [`parse`] makes a tree of the text, [`overrides`] change it, [`decode`] makes the types of [`schema`]
+//! of the tree, [`content`] looks names up and reads other files, [`spawn`] lists the entities, [`check`] looks them over.
+
+mod check;
+mod content;
+mod convert;
+pub(crate) mod decode;
+pub(crate) mod info;
+mod keys;
+mod names;
+mod node;
+mod overrides;
+mod parse;
+mod patterns;
+pub(crate) mod schema;
+mod spawn;
+mod values;
+
+use std::path::Path;
+
+use crate::scene::Scene;
+use crate::session::Session;
+use crate::source::SourceId;
+
+use content::Resolver;
+use decode::{Context, Decode};
+
+/// The scene in a source that was read from `path`, or `None` after an error.
+pub(crate) fn load(
+    session: &mut Session,
+    source: SourceId,
+    path: &Path,
+    overrides: &[(String, String)],
+) -> Option<Scene> {
+    let name = session.sources.get(source).name.clone();
+    let scene = read(session, source, overrides)?;
+    let canonical = path.canonicalize().unwrap_or_else(|_| path.to_path_buf());
+    let mut resolver = Resolver::new(session, canonical, name.clone());
+    let content = resolver.content("", &scene);
+    let scene = spawn::spawn(&mut resolver, &scene, &content)?;
+    if session.found.errors() == 0 {
+        check::check(session, &scene, &name);
+    }
+    (session.found.errors() == 0).then_some(scene)
+}
+
+/// What a source says, as far as it can be read. Errors are reported; `None` stands for nothing at all.
+fn read(session: &mut Session, source: SourceId, overrides: &[(String, String)]) -> Option<schema::Scene> {
+    let mut root = match parse::parse(&session.sources, source, 0, &session.limits) {
+        Ok(root) => root,
+        Err(error) => {
+            session.found.push(*error);
+            return None;
+        }
+    };
+    overrides::apply(&mut root, overrides, session);
+    schema::Scene::decode(&root, &mut Context::new(&session.sources, &mut session.found))
+}

@@ -1,0 +1,451 @@
+//! The scene format, field by field. What stands here is the manual, too: `README.md` is checked against it.
+//!
+//! These types mirror what an author writes; `spawn.rs` turns them into components.
+
+use std::sync::OnceLock;
+
+use glam::{Vec2, Vec3};
+
+use crate::source::Span;
+
+use super::decode::{Context, Decode, Fields, check_name, schema, variant};
+use super::info::{FieldInfo, Form, Kind, Range, TypeInfo, VariantInfo};
+use super::node::Node;
+use super::values::{Either, Named, Reference, Rgb, Scale, Spanned};
+
+const LENGTH: Range = Range { text: "above 0 (1e-15 to 1e15)", admits: |x| (1e-15..=1e15).contains(&x) };
+const HOLE: Range = Range { text: "0 or more", admits: |x| (0.0..=1e15).contains(&x) };
+const PLACE: Range = Range { text: "-1e15 to 1e15", admits: |x| x.abs() <= 1e15 };
+const ABOVE_ZERO: Range = Range { text: "above 0", admits: |x| x > 0.0 };
+const ZERO_OR_MORE: Range = Range { text: "0 or more", admits: |x| x >= 0.0 };
+const ONE_OR_MORE: Range = Range { text: "1 or more", admits: |x| x >= 1.0 };
+const ZERO_TO_ONE: Range = Range { text: "0 to 1", admits: |x| (0.0..=1.0).contains(&x) };
+const BELOW_ONE: Range = Range { text: "0 or more, below 1", admits: |x| (0.0..1.0).contains(&x) };
+const VIEW_ANGLE: Range = Range { text: "above 0, below 180", admits: |x| x > 0.0 && x < 180.0 };
+const CONE_ANGLE: Range = Range { text: "above 0, at most 90", admits: |x| x > 0.0 && x <= 90.0 };
+const INNER_ANGLE: Range = Range { text: "0 to 90", admits: |x| (0.0..=90.0).contains(&x) };
+const PIXELS: Range = Range { text: "1 to 65536", admits: |x| (1.0..=65536.0).contains(&x) };
+const SAMPLES: Range = Range { text: "1 to 1048576", admits: |x| (1.0..=1048576.0).contains(&x) };
+const DEPTH: Range = Range { text: "0 to 1000", admits: |x| (0.0..=1000.0).contains(&x) };
+const STOPS: Range = Range { text: "-100 to 100", admits: |x| (-100.0..=100.0).contains(&x) };
+
+/// A color, or a texture in its place.
+pub(crate) type Paint = Either<Rgb, Texture>;
+
+schema! {
+    /// The whole file.
+    record Scene {
+        /// Resolution, depth, sampling and output.
+        settings: Settings = "()" => "(resolution: (960, 540), max_depth: 5)",
+        /// The camera, if there is one.
+        camera: Option<Spanned<Camera>> => "Perspective(eye: (0, 1, 6), target: (0, 1, 0), vfov: 36)",
+        /// Cameras by name. Without a choice on the command line, `camera` takes the picture, or else the first of these.
+        cameras: Named<Camera> = "{}" => "{\"top\": Orthographic(eye: (0, 9, 0), target: (0, 0, 0), up: (0, 0, -1), height: 8)}",
+        /// What rays see that meet nothing.
+        background: Either<Rgb, Sky> as "nit" where ZERO_OR_MORE = "0" => "Gradient(horizon: 0.9, zenith: (0.2, 0.4, 0.9))",
+        /// Materials by name.
+        materials: Named<Material> = "{}" => "{\"red\": Lambert(albedo: (0.6, 0.1, 0.1))}",
+        /// Shapes by name. A mesh that many entities use is built once.
+        shapes: Named<Shape> = "{}" => "{\"bead\": Sphere(radius: 0.05)}",
+        /// What is in the scene.
+        entities: Vec<Entity> = "[]" => "[(shape: Sphere(), material: \"red\")]",
+    }
+
+    /// What belongs to the scene as a whole; options of the command line overrule it.
+    record Settings {
+        /// Width and height of the picture.
+        resolution: [u32; 2] as "pixels" where PIXELS = "(960, 540)" => "(480, 270)",
+        /// How light is carried.
+        integrator: Integrator = "Whitted" => "Whitted",
+        /// The number of interactions on a path that may scatter on. 0 shows direct light alone.
+        max_depth: u32 where DEPTH = "2" => "5",
+        /// Samples per pixel.
+        samples: u32 where SAMPLES = "16" => "64",
+        /// Chooses the pattern of samples.
+        seed: u64 = "0" => "7",
+        /// How samples lie around their pixel.
+        filter: PixelFilter = "BlackmanHarris" => "Box",
+        /// Whether light passes dielectrics on its way to a surface, weakened by transmittance and absorption. Otherwise
+        /// they cast full shadows.
+        transparent_shadows: bool = "false" => "true",
+        /// Rays whose largest weight falls below it are not followed. 0 follows all.
+        contribution_threshold: f32 where ZERO_OR_MORE = "0" => "0.001",
+        /// The picture is scaled by 2 to this power before tone mapping.
+        exposure: f32 as "stops" where STOPS = "0" => "-1",
+        /// How radiance becomes display values.
+        tone_mapping: ToneMapping = "Srgb" => "Filmic",
+    }
+
+    /// How light is carried.
+    choice Integrator {
+        /// The deterministic algorithm of the lectures: every dielectric hit sends a ray to either side.
+        Whitted {},
+    }
+
+    /// How samples lie around their pixel.
+    choice PixelFilter {
+        /// Evenly over the pixel.
+        Box {},
+        /// A pyramid two pixels wide.
+        Tent {},
+        /// A bell curve three pixels wide.
+        Gaussian {},
+        /// A window four pixels wide, close to a bell curve of finite width.
+        BlackmanHarris {},
+    }
+
+    /// How radiance becomes display values.
+    choice ToneMapping {
+        /// Clamped, then the sRGB curve.
+        Srgb {},
+        /// A filmic curve that rolls highlights off, then the sRGB curve.
+        Filmic {},
+    }
+
+    /// Where a picture is taken from.
+    choice Camera {
+        /// Things farther away are smaller.
+        Perspective {
+            /// Where the camera is.
+            eye: Vec3 as "m" where PLACE = "(0, 0, 5)" => "(0, 1.5, 6)",
+            /// A point in the middle of the picture.
+            target: Vec3 as "m" where PLACE = "(0, 0, 0)" => "(0, 1, 0)",
+            /// A direction that points up in the picture.
+            up: Vec3 = "(0, 1, 0)" => "(0, 1, 0)",
+            /// The full vertical angle of view.
+            vfov: f32 as "degrees" where VIEW_ANGLE = "45" => "36",
+            /// The lens; a pinhole without one.
+            lens: Option<Lens> => "(aperture_radius: 0.02, focus_distance: 6)",
+        },
+        /// Things are of one size at every distance.
+        Orthographic {
+            /// Where the camera is; what lies behind it is not seen.
+            eye: Vec3 as "m" where PLACE = "(0, 0, 5)" => "(0, 9, 0)",
+            /// A point in the middle of the picture.
+            target: Vec3 as "m" where PLACE = "(0, 0, 0)" => "(0, 0, 0)",
+            /// A direction that points up in the picture.
+            up: Vec3 = "(0, 1, 0)" => "(0, 0, -1)",
+            /// The height of what the picture shows.
+            height: f32 as "m" where LENGTH = "2" => "8",
+            /// The lens; everything is sharp without one.
+            lens: Option<Lens> => "(aperture_radius: 0.02, focus_distance: 6)",
+        },
+    }
+
+    /// A thin lens. The Whitted integrator takes every lens for a pinhole.
+    record Lens {
+        /// Radius of the aperture.
+        aperture_radius: f32 as "m" where HOLE = "0" => "0.02",
+        /// Distance along the view axis that is sharp.
+        focus_distance: f32 as "m" where LENGTH => "6",
+    }
+
+    /// A background that is not one color.
+    choice Sky {
+        /// From the horizon up to the zenith and down to the ground, linear in the sine of the elevation.
+        Gradient {
+            /// At the horizon.
+            horizon: Rgb as "nit" where ZERO_OR_MORE => "(0.8, 0.9, 1)",
+            /// Straight up.
+            zenith: Rgb as "nit" where ZERO_OR_MORE => "(0.2, 0.4, 0.9)",
+            /// Straight down; as the horizon where absent.
+            ground: Option<Rgb> as "nit" where ZERO_OR_MORE => "0.1",
+        },
+    }
+
+    /// What a surface does to light.
+    choice Material {
+        /// The lectures' ordinary material: ambient, diffuse and specular.
+        Phong {
+            /// Factor of ambient light; as `diffuse` where absent.
+            ambient: Option<Paint> where ZERO_OR_MORE => "0.1",
+            /// Albedo of the diffuse part.
+            diffuse: Paint where ZERO_OR_MORE = "0.5" => "Checker(a: 0.2, b: 0.8, size: 0.5)",
+            /// Factor of the highlight.
+            specular: Paint where ZERO_OR_MORE = "0" => "0.3",
+            /// Exponent of the highlight: larger is sharper.
+            exponent: f32 where ZERO_OR_MORE = "32" => "80",
+        },
+        /// Ideal diffuse reflection.
+        Lambert {
+            /// The part of the light that comes back.
+            albedo: Paint where ZERO_OR_MORE = "0.5" => "\"#c04020\"",
+        },
+        /// An opaque conductor. It takes `r0`, or `eta` and `k`, or `of`.
+        Metal {
+            /// Reflectance at normal incidence.
+            r0: Option<Paint> where ZERO_TO_ONE => "(0.3, 0.4, 0.9)",
+            /// Real part of the complex index, per channel.
+            eta: Option<Rgb> where ABOVE_ZERO => "(0.14, 0.38, 1.44)",
+            /// Imaginary part of the complex index, per channel.
+            k: Option<Rgb> where ZERO_OR_MORE => "(3.98, 2.39, 1.6)",
+            /// A measured metal, by its symbol or its name.
+            of: Option<Spanned<String>> => "\"Au\"",
+            /// How reflectance grows toward grazing angles: `Exact` where an index is known and `Schlick` with `r0`, if
+            /// absent.
+            fresnel: Option<Spanned<Fresnel>> => "Schlick",
+            /// Factor of the highlight, beside the reflectance at normal incidence.
+            specular: Paint where ZERO_OR_MORE = "1" => "0.5",
+            /// Exponent of the highlight.
+            exponent: f32 where ZERO_OR_MORE = "100" => "300",
+        },
+        /// A transparent solid. It takes `ior`, or `reflectance`, or `glass`.
+        Dielectric {
+            /// Index of refraction.
+            ior: Option<f32> where ONE_OR_MORE => "1.5",
+            /// Reflectance at normal incidence, from which the index follows.
+            reflectance: Option<f32> where BELOW_ONE => "0.04",
+            /// A glass or another transparent matter, by its name.
+            glass: Option<Spanned<String>> => "\"SF11\"",
+            /// How the reflected part is computed.
+            fresnel: Fresnel = "Exact" => "SchlickThetaM",
+            /// Factor of the highlight, beside the reflected or the transmitted part.
+            specular: Paint where ZERO_OR_MORE = "1" => "0.5",
+            /// Exponent of the highlight.
+            exponent: f32 where ZERO_OR_MORE = "100" => "300",
+            /// What the inside takes away, after Beer and Lambert.
+            absorption: Rgb as "1/m" where ZERO_OR_MORE = "0" => "(0.1, 0.02, 0.05)",
+            /// Where solids overlap the highest counts; at equal priority the one entered last.
+            priority: i32 = "0" => "1",
+        },
+        /// A surface that sends out light from both sides and reflects none.
+        Emissive {
+            /// The light.
+            radiance: Paint as "nit" where ZERO_OR_MORE = "1" => "(5, 4, 3)",
+        },
+    }
+
+    /// How a reflectance is computed.
+    choice Fresnel {
+        /// By the Fresnel equations.
+        Exact {},
+        /// Schlick's approximation.
+        Schlick {},
+        /// Schlick's approximation with the angle in the thinner medium. For dielectrics.
+        SchlickThetaM {},
+    }
+
+    /// A color that varies over a surface.
+    choice Texture {
+        /// Squares in turn.
+        Checker {
+            /// Color of the square at the origin of the texture coordinates.
+            a: Rgb where ZERO_OR_MORE = "0.2" => "(0.1, 0.1, 0.3)",
+            /// Color of its neighbors.
+            b: Rgb where ZERO_OR_MORE = "0.8" => "\"#ffeecc\"",
+            /// Side of a square in texture coordinates; on a plane these are meters.
+            size: f32 where ABOVE_ZERO = "1" => "0.5",
+        },
+        /// From one color to another as a texture coordinate goes from 0 to 1.
+        Gradient {
+            /// Color at 0.
+            from: Rgb where ZERO_OR_MORE = "0" => "(0.1, 0.1, 0.3)",
+            /// Color at 1.
+            to: Rgb where ZERO_OR_MORE = "1" => "(0.9, 0.8, 0.6)",
+            /// Which coordinate.
+            axis: Axis = "V" => "U",
+        },
+        /// A picture file: PNG, JPEG, WebP or Radiance HDR.
+        Image {
+            /// The file, seen from the folder of the scene file.
+            file: Spanned<String> => "\"wood.png\"",
+            /// Times the picture repeats over texture coordinates 0 to 1.
+            repeat: f32 where ABOVE_ZERO = "1" => "4",
+        },
+    }
+
+    /// A texture coordinate.
+    choice Axis {
+        /// The first.
+        U {},
+        /// The second.
+        V {},
+    }
+
+    /// What an entity looks like, in its own space.
+    choice Shape {
+        /// A sphere around the origin.
+        Sphere {
+            /// Its radius.
+            radius: f32 as "m" where LENGTH = "1" => "0.5",
+        },
+        /// A plane without end.
+        Plane {
+            /// The side that it shows, any length but 0.
+            normal: Spanned<Vec3> = "(0, 1, 0)" => "(0, 0, 1)",
+            /// A point on it.
+            point: Vec3 as "m" where PLACE = "(0, 0, 0)" => "(0, -1, 0)",
+        },
+        /// A rectangle around the origin that faces +Z.
+        Quad {
+            /// Lengths along x and y.
+            size: Vec2 as "m" where LENGTH = "(1, 1)" => "(2, 1.5)",
+        },
+        /// A disk around the origin that faces +Z.
+        Disk {
+            /// Its radius.
+            radius: f32 as "m" where LENGTH = "1" => "0.5",
+            /// Radius of the hole in its middle, less than `radius`.
+            inner_radius: f32 as "m" where HOLE = "0" => "0.2",
+        },
+        /// A box around the origin.
+        Box {
+            /// Lengths along x, y and z.
+            size: Vec3 as "m" where LENGTH = "(1, 1, 1)" => "(1.6, 2, 0.1)",
+        },
+        /// A closed cylinder around the origin and the y axis.
+        Cylinder {
+            /// Its radius.
+            radius: f32 as "m" where LENGTH = "1" => "0.5",
+            /// Its length along y.
+            height: f32 as "m" where LENGTH = "1" => "2",
+        },
+        /// A closed cone around the y axis; the origin is halfway up.
+        Cone {
+            /// Radius of the base.
+            radius: f32 as "m" where LENGTH = "1" => "0.5",
+            /// Its length along y.
+            height: f32 as "m" where LENGTH = "1" => "2",
+        },
+        /// A torus around the origin and the y axis.
+        Torus {
+            /// Radius of the circle in the middle of the tube.
+            major_radius: f32 as "m" where LENGTH = "1" => "0.8",
+            /// Radius of the tube, less than `major_radius`.
+            minor_radius: f32 as "m" where LENGTH = "0.25" => "0.1",
+        },
+        /// Triangles, from a file or in place.
+        Mesh {
+            /// An OBJ or PLY file, seen from the folder of the scene file.
+            file: Option<Spanned<String>> => "\"bunny.ply\"",
+            /// Positions of the vertices.
+            positions: Option<Spanned<Vec<Vec3>>> as "m" where PLACE => "[(0, 0, 0), (1, 0, 0), (0, 1, 0)]",
+            /// The three vertices of each triangle, from 0, counterclockwise as seen from the front.
+            triangles: Option<Spanned<Vec<[u32; 3]>>> => "[(0, 1, 2)]",
+            /// A normal for each vertex; a flat surface without.
+            normals: Option<Spanned<Vec<Vec3>>> => "[(0, 0, 1), (0, 0, 1), (0, 0, 1)]",
+            /// Texture coordinates for each vertex.
+            uvs: Option<Spanned<Vec<Vec2>>> => "[(0, 0), (1, 0), (0, 1)]",
+        },
+    }
+
+    /// Something in the scene: it is what its fields make it.
+    record Entity {
+        /// Its name, for `parent` and for overrides. Unique in the file.
+        name: Option<Spanned<String>> => "\"ball\"",
+        /// What it looks like; it needs a material, too.
+        shape: Option<Reference<Shape>> => "Sphere(radius: 0.5)",
+        /// What its surface does to light.
+        material: Option<Reference<Material>> => "\"red\"",
+        /// The light it sends out.
+        light: Option<Spanned<Light>> => "Point(intensity: 40)",
+        /// Where it is in its parent's space.
+        at: Option<Vec3> as "m" where PLACE => "(0, 1, 0)",
+        /// How it is turned.
+        rotate: Option<Rotation> => "(y: 25)",
+        /// How it is scaled: one factor, or one along each of its axes.
+        scale: Option<Spanned<Scale>> => "(1, 2, 1)",
+        /// A point, in its parent's space, toward which it turns its -Z, where lights shine. In place of `rotate`.
+        look_at: Option<Spanned<Vec3>> as "m" where PLACE => "(0, 1, 0)",
+        /// The three upper rows of its matrix, in place of `at`, `rotate`, `scale` and `look_at`.
+        transform: Option<Spanned<[[f32; 4]; 3]>> => "((1, 0, 0, 0), (0, 1, 0, 2), (0, 0, 1, 0))",
+        /// The name of the entity whose space it is placed in; the world's without one.
+        parent: Option<Spanned<String>> => "\"table\"",
+        /// Entities that are placed in its space.
+        children: Vec<Entity> = "[]" => "[(shape: Sphere(), material: \"red\")]",
+        /// Another scene file, whose entities are placed in its space.
+        include: Option<Spanned<String>> => "\"chair.ron\"",
+        /// Places, in its space, at which everything in it is repeated.
+        instances: Option<Spanned<Either<Vec<Placement>, Pattern>>> => "Grid(count: (10, 1, 10), spacing: (0.4, 0, 0.4))",
+    }
+
+    /// A rotation: about x first, then y, then z, counterclockwise as seen from the axis' end; or about one axis.
+    record Rotation {
+        /// About the x axis.
+        x: f32 as "degrees" = "0" => "-90",
+        /// About the y axis.
+        y: f32 as "degrees" = "0" => "25",
+        /// About the z axis.
+        z: f32 as "degrees" = "0" => "5",
+        /// Any axis, any length but 0.
+        axis: Option<Spanned<Vec3>> => "(1, 1, 0)",
+        /// About `axis`.
+        angle: Option<f32> as "degrees" => "30",
+    }
+
+    /// Light without extent. It shines from its entity's place; spots and directional lights shine along -Z.
+    choice Light {
+        /// From a point to all sides.
+        Point {
+            /// The light.
+            intensity: Rgb as "cd" where ZERO_OR_MORE = "1" => "40",
+            /// How it weakens with distance.
+            falloff: Falloff = "InverseSquare" => "None",
+        },
+        /// Parallel, from infinitely far.
+        Directional {
+            /// The light on a surface that faces it.
+            irradiance: Rgb as "lux" where ZERO_OR_MORE = "1" => "(3, 2.9, 2.7)",
+        },
+        /// From a point into a cone.
+        Spot {
+            /// The light on the axis.
+            intensity: Rgb as "cd" where ZERO_OR_MORE = "1" => "40",
+            /// Half the angle of the cone that is lit in full.
+            inner_angle: f32 as "degrees" where INNER_ANGLE = "0" => "20",
+            /// Half the angle of the cone beyond which it is dark.
+            outer_angle: f32 as "degrees" where CONE_ANGLE = "30" => "30",
+            /// How it weakens with distance.
+            falloff: Falloff = "InverseSquare" => "None",
+        },
+        /// The lectures' constant term: the same everywhere, times a Phong material's `ambient`.
+        Ambient {
+            /// The light.
+            radiance: Rgb as "nit" where ZERO_OR_MORE = "0.1" => "(0.1, 0.1, 0.12)",
+        },
+    }
+
+    /// How a point's light weakens with distance.
+    choice Falloff {
+        /// By the squared distance.
+        InverseSquare {},
+        /// Not at all.
+        None {},
+    }
+
+    /// Places that follow a rule.
+    choice Pattern {
+        /// Rows, layers and columns around the origin.
+        Grid {
+            /// How many along x, y and z.
+            count: [u32; 3] where ONE_OR_MORE => "(10, 1, 10)",
+            /// How far apart along x, y and z.
+            spacing: Vec3 as "m" where PLACE = "(1, 1, 1)" => "(0.4, 0, 0.4)",
+        },
+        /// Anywhere in a box around the origin, evenly distributed. The same seed gives the same places everywhere.
+        Scatter {
+            /// How many.
+            count: u32 where ONE_OR_MORE => "500",
+            /// Chooses the places.
+            seed: u64 = "0" => "7",
+            /// Lengths of the box.
+            size: Vec3 as "m" where ZERO_OR_MORE = "(10, 0, 10)" => "(4, 0, 4)",
+            /// Each place is turned about the y axis by up to this angle.
+            turn: f32 as "degrees" where ZERO_OR_MORE = "0" => "360",
+            /// Each place is scaled by a factor between these.
+            scale: [f32; 2] where ABOVE_ZERO = "(1, 1)" => "(0.8, 1.2)",
+        },
+    }
+
+    /// One place.
+    record Placement {
+        /// Where.
+        at: Option<Vec3> as "m" where PLACE => "(0, 1, 0)",
+        /// How it is turned.
+        rotate: Option<Rotation> => "(y: 25)",
+        /// How it is scaled.
+        scale: Option<Spanned<Scale>> => "0.5",
+        /// The three upper rows of a matrix, in place of the others.
+        transform: Option<Spanned<[[f32; 4]; 3]>> => "((1, 0, 0, 0), (0, 1, 0, 2), (0, 0, 1, 0))",
+    }
+}

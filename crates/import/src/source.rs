@@ -1,0 +1,77 @@
+//! The texts that a scene is made of, and places in them.
+
+use std::path::{Path, PathBuf};
+
+use crate::diagnostics::{Code, Diagnostic, Severity};
+
+/// The bytes `start..end` of a source's text.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) struct Span {
+    pub source: SourceId,
+    pub start: u32,
+    pub end: u32,
+}
+
+/// Row of [`Sources`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) struct SourceId(u16);
+
+/// One text: a file, or the value of an override.
+#[derive(Debug)]
+pub(crate) struct Source {
+    /// What a message calls it.
+    pub name: String,
+    /// The folder that its file names are relative to, canonical.
+    pub folder: PathBuf,
+    pub text: String,
+}
+
+/// All texts of a scene, in the order in which they were read.
+#[derive(Debug, Default)]
+pub(crate) struct Sources {
+    rows: Vec<Source>,
+}
+
+impl Sources {
+    /// Adds a text of less than 4 GiB. There may be 65,535; `None` says that there are.
+    pub(crate) fn add(&mut self, source: Source) -> Option<SourceId> {
+        let id = u16::try_from(self.rows.len()).ok()?;
+        u32::try_from(source.text.len()).ok()?;
+        self.rows.push(source);
+        Some(SourceId(id))
+    }
+
+    pub(crate) fn get(&self, id: SourceId) -> &Source {
+        &self.rows[usize::from(id.0)]
+    }
+
+    /// The text of a place.
+    pub(crate) fn text(&self, span: Span) -> &str {
+        &self.get(span.source).text[span.start as usize..span.end as usize]
+    }
+
+    pub(crate) fn error(&self, code: Code, span: Span, message: impl Into<String>) -> Diagnostic {
+        self.diagnostic(Severity::Error, code, span).message(message)
+    }
+
+    pub(crate) fn warning(&self, code: Code, span: Span, message: impl Into<String>) -> Diagnostic {
+        self.diagnostic(Severity::Warning, code, span).message(message)
+    }
+
+    fn diagnostic(&self, severity: Severity, code: Code, span: Span) -> Diagnostic {
+        let source = self.get(span.source);
+        Diagnostic::about_text(severity, code, &source.name, &source.text, (span.start, span.end))
+    }
+
+    /// `file:line:column` of a place.
+    pub(crate) fn describe(&self, span: Span) -> String {
+        let place = self.diagnostic(Severity::Error, Code::File, span);
+        format!("{}:{}:{}", place.file, place.line, place.column)
+    }
+
+    /// What a message calls the file that `source` refers to by `name`.
+    pub(crate) fn name_beside(&self, source: SourceId, name: &str) -> String {
+        let beside = Path::new(&self.get(source).name).parent().unwrap_or(Path::new("")).join(name);
+        beside.to_string_lossy().replace('\\', "/")
+    }
+}
