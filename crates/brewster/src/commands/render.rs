@@ -1,0 +1,313 @@
+//! `brewster render`: a scene's picture.
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+use std::time::Duration;
+
+use brewster::buffers::{Integrator, Settings, ToneMapping};
+use brewster::film::{Display, Format, PngDepth, PngSettings, ToneMap, Window};
+use brewster::wavefront::queues::RaySource;
+use brewster::wavefront::{Control, Policy, Stage};
+use brewster::{Render, RenderOptions, Session, SettingsChoices, peak_memory, tree_time};
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use clap::{Args, ValueEnum};
+use glam::UVec2;
+
+use super::scene::{SceneArguments, say_warnings};
+use super::values::{self, DisplayArguments};
+use super::{Failure, watch};
+use crate::interrupt::Interrupt;
+use crate::terminal::{Progress, Terminal, count, duration, plural};
+
+/// Renders a scene to picture files.
+///
+/// Ctrl-C saves what is finished and says how much that is; a second Ctrl-C ends at once.
+#[derive(Debug, Args)]
+pub(crate) struct Arguments {
+    #[command(flatten)]
+    pub scene: SceneArguments,
+    /// Where the picture goes: .png, .exr with every layer, or .hdr; may be given several times. Without it, the scene's name
+    /// with .png in the current folder.
+    #[arg(short, long, value_name = "FILE")]
+    pub output: Vec<PathBuf>,
+    /// Width and height in pixels.
+    #[arg(long, value_name = "WxH", value_parser = values::resolution)]
+    pub resolution: Option<UVec2>,
+    /// Samples per pixel.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_048_576))]
+    pub samples: Option<u32>,
+    /// The number of interactions on a path that may scatter on.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=1000))]
+    pub max_depth: Option<u32>,
+    /// How light is carried.
+    #[arg(long, value_name = "NAME", ignore_case = true, value_parser = integrator())]
+    pub integrator: Option<Integrator>,
+    /// Threads; without it, as many as there are cores.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub threads: Option<u16>,
+    /// Rays that are traced together; it changes the time and not the picture.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=16_777_216))]
+    pub batch: Option<u32>,
+    /// The camera; without it, the scene's first.
+    #[arg(long, value_name = "NAME")]
+    pub camera: Option<String>,
+    /// Render a part of the picture: left, top, width and height in pixels.
+    #[arg(long, value_name = "X,Y,W,H", value_parser = values::window)]
+    pub crop: Option<Window>,
+    /// Chooses the pattern of samples.
+    #[arg(long, value_name = "N")]
+    pub seed: Option<u64>,
+    #[command(flatten)]
+    pub display: DisplayArguments,
+    /// Bits per channel of a PNG: 8, dithered, or 16.
+    #[arg(long, value_name = "BITS", value_enum, default_value_t = PngBits::Eight)]
+    pub png_depth: PngBits,
+    /// Render again whenever the scene or a file that it refers to changes; Ctrl-C ends.
+    #[arg(long, conflicts_with_all = ["stats", "trace"])]
+    pub watch: bool,
+    /// Write counts and times as JSON.
+    #[arg(long, value_name = "FILE.json")]
+    pub stats: Option<PathBuf>,
+    /// Write when every worker did what, for Perfetto.
+    #[arg(long, value_name = "FILE.json")]
+    pub trace: Option<PathBuf>,
+    /// Say nothing but errors.
+    #[arg(short, long)]
+    pub quiet: bool,
+}
+
+/// Bits per channel of a PNG.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum PngBits {
+    /// Dithered.
+    #[value(name = "8")]
+    Eight,
+    /// Rounded.
+    #[value(name = "16")]
+    Sixteen,
+}
+
+pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let outputs = arguments.outputs()?;
+    let terminal = Terminal::new(arguments.quiet);
+    let interrupt = Interrupt::listen()?;
+    let mut session = arguments.scene.session(arguments.settings())?;
+    if arguments.watch {
+        return watch::run(arguments, &mut session, &outputs, terminal, &interrupt);
+    }
+
+    let warnings = load(&mut session, terminal)?;
+    let mut render = session.render(arguments.options())?;
+    let complete = trace(&mut render, terminal, || interrupt.asked(), |_, _| true);
+    let samples = render.samples();
+    if samples.most == 0 {
+        terminal.say("interrupted before the first sample; nothing is written");
+        return Err(Failure::Interrupted);
+    }
+    let progress = terminal.begin("encode");
+    let written = render.write(&outputs, &arguments.png(&session.buffers().settings));
+    progress.end(duration(render.timeline().total("encode")));
+    written?;
+    if let Some(path) = &arguments.stats {
+        render.write_stats(path)?;
+    }
+    if let Some(path) = &arguments.trace {
+        render.write_trace(path)?;
+    }
+    summarize(&render, terminal, warnings);
+    for path in outputs.iter().chain(&arguments.stats).chain(&arguments.trace) {
+        terminal.say(format_args!("wrote    {}", path.display()));
+    }
+    if complete { Ok(()) } else { Err(Failure::Interrupted) }
+}
+
+impl Arguments {
+    /// Where the picture goes, checked before any work is done.
+    fn outputs(&self) -> Result<Vec<PathBuf>, Failure> {
+        let mut outputs = self.output.clone();
+        if outputs.is_empty() {
+            let name = self.scene.scene.file_name().unwrap_or("picture".as_ref());
+            outputs.push(Path::new(name).with_extension("png"));
+        }
+        for path in &outputs {
+            Format::of(path).map_err(|error| Failure::Usage(error.to_string()))?;
+        }
+        let mut known = BTreeSet::new();
+        for path in outputs.iter().chain(&self.stats).chain(&self.trace) {
+            if !known.insert(path) {
+                return Err(Failure::Usage(format!("{}: named for two files", path.display())));
+            }
+            values::check_writable(path)?;
+        }
+        Ok(outputs)
+    }
+
+    fn settings(&self) -> SettingsChoices {
+        SettingsChoices {
+            resolution: self.resolution,
+            integrator: self.integrator,
+            max_depth: self.max_depth,
+            samples: self.samples,
+            seed: self.seed,
+        }
+    }
+
+    /// How the picture is rendered.
+    pub(crate) fn options(&self) -> RenderOptions {
+        let default = RenderOptions::default();
+        let policy = match self.batch {
+            Some(rays) => Policy { batch: rays as usize, capacity: rays as usize, ..Policy::default() },
+            None => Policy::default(),
+        };
+        RenderOptions {
+            camera: self.camera.clone(),
+            crop: self.crop,
+            threads: self.threads.map_or(default.threads, usize::from),
+            policy,
+            trace: self.trace.is_some(),
+            ..default
+        }
+    }
+
+    /// How a PNG shows the picture.
+    pub(crate) fn png(&self, settings: &Settings) -> PngSettings {
+        let tone_map = match settings.tone_mapping {
+            ToneMapping::Srgb => ToneMap::Srgb,
+            ToneMapping::Filmic => ToneMap::Filmic,
+        };
+        let depth = match self.png_depth {
+            PngBits::Eight => PngDepth::Eight,
+            PngBits::Sixteen => PngDepth::Sixteen,
+        };
+        let display = self.display.over(Display { exposure: settings.exposure, tone_map });
+        PngSettings { display, depth, ..PngSettings::default() }
+    }
+}
+
+fn integrator() -> impl TypedValueParser<Value = Integrator> {
+    PossibleValuesParser::new([PossibleValue::new("Whitted")]).map(|_| Integrator::Whitted)
+}
+
+/// Reads and flattens the scene; the number of warnings.
+fn load(session: &mut Session, terminal: Terminal) -> Result<usize, Failure> {
+    let progress = terminal.begin("load");
+    let applied = session.load()?;
+    let files = plural(session.dependencies().len() as u64, "file");
+    let time = duration(session.timeline().total("load"));
+    progress.end(format_args!("{time}, {files}, {}", plural(applied.spawned as u64, "entity")));
+    let warnings = say_warnings(session, terminal);
+
+    let progress = terminal.begin("flatten");
+    session.flatten()?;
+    let report = session.report();
+    let rows = plural(report.rows_written() as u64, "row");
+    progress.end(format_args!("{}, {rows}", duration(report.total())));
+    let trees = report.mesh_trees;
+    let progress = terminal.begin("trees");
+    progress.end(format_args!(
+        "{}, {} of {}, over {}",
+        duration(tree_time(report)),
+        plural(trees.built as u64, "mesh"),
+        plural(trees.triangles as u64, "triangle"),
+        plural(session.buffers().instances.len() as u64, "instance"),
+    ));
+    Ok(warnings)
+}
+
+/// Renders pass by pass until the picture is complete, `stop` says so, or `after`, which sees every pass, says not to go on.
+/// Tells whether the picture is complete.
+pub(crate) fn trace(
+    render: &mut Render<'_>,
+    terminal: Terminal,
+    stop: impl Fn() -> bool + Sync,
+    mut after: impl FnMut(&mut Render<'_>, &Progress) -> bool,
+) -> bool {
+    let pixels = render.film().order().len() as u64;
+    let progress = terminal.count("trace", pixels * u64::from(render.samples().asked));
+    let control = Control::default();
+    let ended = AtomicBool::new(false);
+    thread::scope(|scope| {
+        let watcher = scope.spawn(|| {
+            while !ended.load(Ordering::Relaxed) {
+                if stop() {
+                    control.stop();
+                }
+                progress.advance(control.samples());
+                thread::park_timeout(Duration::from_millis(50));
+            }
+        });
+        // However the passes end, the watcher ends with them.
+        let _end = OnDrop(|| {
+            ended.store(true, Ordering::Relaxed);
+            watcher.thread().unpark();
+        });
+        while render.remaining() > 0 && !control.stopped() && !stop() {
+            render.pass(&control);
+            progress.remark(format!("{:.2} Mrays/s", rate(render)));
+            if !after(render, &progress) {
+                break;
+            }
+        }
+    });
+    let samples = render.samples();
+    let time = duration(render.timeline().total("trace"));
+    progress.end(format_args!("{time}, {:.2} Mrays/s", rate(render)));
+    if samples.least == samples.asked {
+        return true;
+    }
+    let has = match samples.least == samples.most {
+        true => format!("every pixel has {}", plural(u64::from(samples.most), "sample")),
+        false => format!("pixels have {} to {}", samples.least, plural(u64::from(samples.most), "sample")),
+    };
+    terminal.say(format_args!("stopped  {has} of {}", samples.asked));
+    false
+}
+
+/// Runs something when it goes.
+struct OnDrop<F: Fn()>(F);
+
+impl<F: Fn()> Drop for OnDrop<F> {
+    fn drop(&mut self) {
+        (self.0)();
+    }
+}
+
+/// Millions of rays a second so far.
+fn rate(render: &Render<'_>) -> f64 {
+    let seconds = render.timeline().total("trace").as_secs_f64();
+    if seconds > 0.0 { render.stats().rays() as f64 / seconds * 1e-6 } else { 0.0 }
+}
+
+/// Says what was done, in how much time and memory.
+fn summarize(render: &Render<'_>, terminal: Terminal, warnings: usize) {
+    let stats = render.stats();
+    let work: Duration = Stage::ALL.into_iter().map(|stage| stats.time(stage)).sum();
+    terminal.say(format_args!("stages   {} over all threads", duration(work)));
+    for stage in Stage::ALL {
+        let time = stats.time(stage);
+        if !time.is_zero() {
+            let share = 100.0 * time.as_secs_f64() / work.as_secs_f64();
+            terminal.say(format_args!("  {:16} {:>12} {share:>5.1}%", stage.name(), duration(time)));
+        }
+    }
+    terminal.say(format_args!("rays     {}", count(stats.rays())));
+    let traced = RaySource::ALL.map(|source| (source.name(), stats.of_source(source).traced()));
+    for (queue, rays) in traced.into_iter().chain([("shadow", stats.total().shadow_segments)]) {
+        terminal.say(format_args!("  {queue:16} {:>12}", count(rays)));
+    }
+    let film = render.film();
+    for (number, what) in [(film.rejected(), "that are no light, left out"), (film.saturated(), "too bright, cut off")]
+    {
+        if number > 0 {
+            terminal.say(format_args!("film     {} {what}", plural(number, "contribution")));
+        }
+    }
+    if let Some(bytes) = peak_memory() {
+        terminal.say(format_args!("memory   {} MiB at its peak", bytes.div_ceil(1 << 20)));
+    }
+    if warnings > 0 {
+        terminal.say(format_args!("warnings {warnings}, above"));
+    }
+}

@@ -1,0 +1,112 @@
+//! Values that arguments are made of.
+
+use std::fmt::Display;
+use std::fs::{self, OpenOptions};
+use std::path::Path;
+use std::process;
+
+use brewster::film::{self, ToneMap, Window};
+use clap::Args;
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use glam::UVec2;
+
+use super::Failure;
+
+/// How radiance is shown.
+#[derive(Clone, Copy, Debug, Default, Args)]
+pub(crate) struct DisplayArguments {
+    /// Stops: radiance is multiplied by 2^STOPS before it is shown.
+    #[arg(long, value_name = "STOPS", allow_negative_numbers = true, value_parser = finite)]
+    pub exposure: Option<f32>,
+    /// The curve from radiance to display values.
+    #[arg(long, value_name = "CURVE", value_parser = tone_map())]
+    pub tonemap: Option<ToneMap>,
+}
+
+impl DisplayArguments {
+    /// What was given, and `default` for the rest.
+    pub(crate) fn over(self, default: film::Display) -> film::Display {
+        film::Display {
+            exposure: self.exposure.unwrap_or(default.exposure),
+            tone_map: self.tonemap.unwrap_or(default.tone_map),
+        }
+    }
+}
+
+fn tone_map() -> impl TypedValueParser<Value = ToneMap> {
+    PossibleValuesParser::new(ToneMap::ALL.map(|curve| PossibleValue::new(curve.name()))).map(|name| {
+        let found = ToneMap::ALL.into_iter().find(|curve| curve.name() == name);
+        found.expect("the parser lets only these names through")
+    })
+}
+
+/// A finite number.
+pub(crate) fn finite(text: &str) -> Result<f32, String> {
+    let value: f32 = text.parse().map_err(|_| "expected a number".to_owned())?;
+    if value.is_finite() { Ok(value) } else { Err("expected a finite number".to_owned()) }
+}
+
+/// `WxH`.
+pub(crate) fn resolution(text: &str) -> Result<UVec2, String> {
+    let sides = text.split_once(['x', 'X']).map(|(width, height)| (width.parse(), height.parse()));
+    match sides {
+        Some((Ok(width), Ok(height))) if width > 0 && height > 0 => Ok(UVec2::new(width, height)),
+        _ => Err("expected WxH in pixels, such as 960x540".to_owned()),
+    }
+}
+
+/// `X,Y,W,H`.
+pub(crate) fn window(text: &str) -> Result<Window, String> {
+    let numbers: Vec<u32> = text.split(',').map_while(|number| number.trim().parse().ok()).collect();
+    match numbers[..] {
+        [x, y, width, height] if text.matches(',').count() == 3 => Ok(Window { x, y, width, height }),
+        _ => Err("expected X,Y,W,H in pixels from the top left corner, such as 100,50,64,64".to_owned()),
+    }
+}
+
+/// Checks, before any work is done, that a file can be written.
+pub(crate) fn check_writable(path: &Path) -> Result<(), Failure> {
+    let refuse = |why: &dyn Display| Failure::Input(format!("{}: {why}", path.display()));
+    if path.exists() && !path.is_file() {
+        return Err(refuse(&"not a file, which could be replaced"));
+    }
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    if !folder.is_dir() {
+        return Err(refuse(&format_args!("there is no folder {}", folder.display())));
+    }
+    // Whether a folder may be written to is only known by trying.
+    let probe = folder.join(format!(".brewster-{}-probe.tmp", process::id()));
+    let made = OpenOptions::new().write(true).create_new(true).open(&probe);
+    made.map_err(|error| refuse(&error))?;
+    fs::remove_file(&probe).map_err(|error| refuse(&error))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn resolutions_are_two_counts() {
+        assert_eq!(resolution("960x540"), Ok(UVec2::new(960, 540)));
+        assert_eq!(resolution("1X65536"), Ok(UVec2::new(1, 65536)));
+        for wrong in ["", "960", "960x", "x540", "0x1", "1x0", "-1x2", "1x2x3", "1.5x2", "99999999999x1", "960 x 540"] {
+            assert!(resolution(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn windows_are_four_counts() {
+        assert_eq!(window("1,2, 3,4"), Ok(Window { x: 1, y: 2, width: 3, height: 4 }));
+        for wrong in ["", "1,2,3", "1,2,3,4,5", "1,2,3,-4", "1,2,3,x", "1,2,,4", "1,2,3,4,"] {
+            assert!(window(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn infinite_exposures_are_refused() {
+        assert_eq!(finite("-1.5"), Ok(-1.5));
+        for wrong in ["", "inf", "NaN", "1e99", "two"] {
+            assert!(finite(wrong).is_err(), "{wrong}");
+        }
+    }
+}

@@ -1,0 +1,258 @@
+//! A session: a scene from its file to its columns, and back again after every edit.
+
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+use brewster_buffers::{Integrator, SceneBuffers, Settings};
+use brewster_film::FilmError;
+use brewster_import::{Applied, Diagnostic, Failure, Importer, LoadOptions, Loaded};
+use brewster_wavefront::Unsupported;
+use brewster_world::{FlattenReport, Invalid, Scene};
+use glam::UVec2;
+
+use crate::{Render, RenderOptions, Timeline};
+
+/// How a session reads its scene.
+#[derive(Clone, Debug, Default)]
+pub struct SessionOptions {
+    /// Folders, overrides and limits.
+    pub load: LoadOptions,
+    /// What takes the place of the scene's settings.
+    pub settings: SettingsChoices,
+}
+
+/// Settings that take the place of the scene's own.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SettingsChoices {
+    /// Width and height in pixels.
+    pub resolution: Option<UVec2>,
+    /// How light is carried.
+    pub integrator: Option<Integrator>,
+    /// The number of interactions that may scatter on.
+    pub max_depth: Option<u32>,
+    /// Samples per pixel.
+    pub samples: Option<u32>,
+    /// What chooses the pattern of samples.
+    pub seed: Option<u64>,
+}
+
+impl SettingsChoices {
+    fn apply(&self, settings: &mut Settings) {
+        let SettingsChoices { resolution, integrator, max_depth, samples, seed } = *self;
+        settings.resolution = resolution.unwrap_or(settings.resolution);
+        settings.integrator = integrator.unwrap_or(settings.integrator);
+        settings.max_depth = max_depth.unwrap_or(settings.max_depth);
+        settings.samples = samples.unwrap_or(settings.samples);
+        settings.seed = seed.unwrap_or(settings.seed);
+    }
+}
+
+/// A scene, from its file to its columns.
+///
+/// [`Session::load`], [`Session::flatten`], [`Session::render`], in this order; after an edit of the file the same again, at the
+/// cost of the edit. A load that fails leaves the scene as it was.
+pub struct Session {
+    path: PathBuf,
+    settings: SettingsChoices,
+    importer: Importer,
+    scene: Scene,
+    report: FlattenReport,
+    warnings: Vec<Diagnostic>,
+    dependencies: Vec<PathBuf>,
+    hash: u64,
+    timeline: Timeline,
+}
+
+impl Session {
+    /// A session with the scene file at `path`, which is not read yet.
+    pub fn new(path: impl Into<PathBuf>, options: SessionOptions) -> Session {
+        let path = path.into();
+        Session {
+            dependencies: vec![path.clone()],
+            path,
+            settings: options.settings,
+            importer: Importer::new(options.load),
+            scene: Scene::new(),
+            report: FlattenReport::default(),
+            warnings: Vec::new(),
+            hash: 0,
+            timeline: Timeline::default(),
+        }
+    }
+
+    /// Reads the scene file and everything it refers to, and brings the entities up to date.
+    ///
+    /// # Errors
+    ///
+    /// The file, or one that it refers to, cannot be used.
+    pub fn load(&mut self) -> Result<Applied, SessionError> {
+        self.load_with(|importer, path| importer.load(path))
+    }
+
+    /// The same with a text in place of the scene file's.
+    ///
+    /// # Errors
+    ///
+    /// The text, or a file that it refers to, cannot be used.
+    pub fn load_text(&mut self, text: &str) -> Result<Applied, SessionError> {
+        self.load_with(|importer, path| importer.load_text(path, text))
+    }
+
+    fn load_with(
+        &mut self,
+        load: impl FnOnce(&mut Importer, &Path) -> Result<Loaded, Failure>,
+    ) -> Result<Applied, SessionError> {
+        let Session { importer, path, scene, settings, .. } = self;
+        let result: Result<_, Failure> = self.timeline.time("load", || {
+            let mut loaded = load(importer, path)?;
+            settings.apply(&mut loaded.scene.settings.0);
+            let applied = loaded.scene.apply(scene.world_mut());
+            Ok((loaded, applied))
+        });
+        match result {
+            Ok((loaded, applied)) => {
+                self.warnings = loaded.diagnostics;
+                self.dependencies = loaded.dependencies;
+                self.hash = loaded.hash;
+                Ok(applied)
+            }
+            Err(failure) => {
+                self.dependencies.clone_from(&failure.dependencies);
+                Err(SessionError::Import(failure))
+            }
+        }
+    }
+
+    /// Brings the columns up to date with the entities.
+    ///
+    /// # Errors
+    ///
+    /// Entities that cannot be flattened; the others are.
+    pub fn flatten(&mut self) -> Result<&FlattenReport, SessionError> {
+        self.report = self.timeline.time("flatten", || self.scene.flatten());
+        match self.report.invalid.is_empty() {
+            true => Ok(&self.report),
+            false => Err(SessionError::Invalid(self.report.invalid.clone())),
+        }
+    }
+
+    /// Makes ready to render what was flattened.
+    ///
+    /// # Errors
+    ///
+    /// There is no such camera, the integrator cannot render the scene, or the picture's size is out of bounds.
+    pub fn render(&self, options: RenderOptions) -> Result<Render<'_>, SessionError> {
+        Render::new(self, options)
+    }
+
+    /// The number of the camera of that name, or of the first one.
+    ///
+    /// # Errors
+    ///
+    /// The scene has no such camera, or none at all.
+    pub fn camera(&self, name: Option<&str>) -> Result<usize, SessionError> {
+        let cameras = &self.buffers().cameras;
+        let found = match name {
+            Some(name) => cameras.iter().position(|camera| camera.name == name),
+            None => (!cameras.is_empty()).then_some(0),
+        };
+        found.ok_or_else(|| SessionError::Camera {
+            name: name.map(str::to_owned),
+            known: cameras.iter().map(|camera| camera.name.clone()).collect(),
+        })
+    }
+
+    /// The file that the scene comes from.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// The entities, to look at and to edit; [`Session::flatten`] sees every edit.
+    pub fn scene_mut(&mut self) -> &mut Scene {
+        &mut self.scene
+    }
+
+    /// The columns as the last flatten left them.
+    pub fn buffers(&self) -> &SceneBuffers {
+        self.scene.buffers()
+    }
+
+    /// What the last flatten did.
+    pub fn report(&self) -> &FlattenReport {
+        &self.report
+    }
+
+    /// What the last load that succeeded warned of.
+    pub fn warnings(&self) -> &[Diagnostic] {
+        &self.warnings
+    }
+
+    /// The files that the last load asked for, whether it succeeded or not: when one changes, the scene may.
+    pub fn dependencies(&self) -> &[PathBuf] {
+        &self.dependencies
+    }
+
+    /// A hash of the scene's files and of the overrides.
+    pub fn hash(&self) -> u64 {
+        self.hash
+    }
+
+    /// When what was done.
+    pub fn timeline(&self) -> &Timeline {
+        &self.timeline
+    }
+}
+
+/// What stands between a scene and its picture.
+#[derive(Debug)]
+pub enum SessionError {
+    /// The file, or one that it refers to, cannot be used.
+    Import(Failure),
+    /// Entities that cannot be flattened.
+    Invalid(Vec<Invalid>),
+    /// There is no such camera.
+    Camera {
+        /// The one asked for; `None` for the first.
+        name: Option<String>,
+        /// The names of those that there are.
+        known: Vec<String>,
+    },
+    /// The integrator cannot render the scene.
+    Unsupported(Unsupported),
+    /// The picture cannot be made or written.
+    Film(FilmError),
+}
+
+impl fmt::Display for SessionError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            SessionError::Import(failure) => f.write_str(failure.to_string().trim_end()),
+            SessionError::Invalid(invalid) => {
+                let lines: Vec<String> = invalid.iter().map(Invalid::to_string).collect();
+                f.write_str(&lines.join("\n"))
+            }
+            SessionError::Camera { name: None, .. } => f.write_str("the scene has no camera"),
+            SessionError::Camera { name: Some(name), known } => {
+                let known: Vec<String> =
+                    known.iter().filter(|name| !name.is_empty()).map(|name| format!("{name:?}")).collect();
+                write!(f, "the scene has no camera {name:?}; those with a name are: {}", known.join(", "))
+            }
+            SessionError::Unsupported(error) => error.fmt(f),
+            SessionError::Film(error) => error.fmt(f),
+        }
+    }
+}
+
+impl std::error::Error for SessionError {}
+
+impl From<FilmError> for SessionError {
+    fn from(error: FilmError) -> SessionError {
+        SessionError::Film(error)
+    }
+}
+
+impl From<Unsupported> for SessionError {
+    fn from(error: Unsupported) -> SessionError {
+        SessionError::Unsupported(error)
+    }
+}

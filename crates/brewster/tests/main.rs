@@ -1,0 +1,24 @@
+//! What the command line promises, tried on the program itself.
+//!
+//! - `render_writes_pictures`: every format, option and error of `render`.
+//! - `stats_agree`: counts do not depend on threads or batches, and every field is documented.
+//! - `ctrl_c_saves`: an interrupted render leaves what is finished.
+//! - `watch_follows_edits`: a preview follows its files and survives broken ones.
+//! - `check_tells`: what is wrong with a scene, as text and as JSON.
+//! - `fresnel_tabulates`: reflectance at known angles, and its plots.
+//! - `compare_measures`: figures and maps of differences worked out by hand.
+//! - `shells_are_served`: completions and manual pages.
+
+mod door {
+    pub(crate) mod desk;
+
+    mod check_tells;
+    mod compare_measures;
+    #[cfg(unix)]
+    mod ctrl_c_saves;
+    mod fresnel_tabulates;
+    mod render_writes_pictures;
+    mod shells_are_served;
+    mod stats_agree;
+    mod watch_follows_edits;
+}
