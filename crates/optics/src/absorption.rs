@@ -19,11 +19,13 @@ pub enum InvalidAbsorption {
 
 /// The part of light that is left after `distance` meters, `exp(-absorption · distance)` for each channel.
 ///
-/// Neither argument is negative; the result lies in 0..1. An infinite absorption needs a distance above 0.
+/// Neither argument is negative; the result lies in 0..1. Either may be infinite: what does not absorb lets light through for
+/// ever, and over no distance nothing is absorbed.
 #[inline(always)]
 pub fn transmittance(absorption: Vec3, distance: f32) -> Vec3 {
-    let depth = absorption * distance;
-    Vec3::new(math::exp(-depth.x), math::exp(-depth.y), math::exp(-depth.z))
+    // 0 · ∞ is NaN, of which the maximum with 0 is 0.
+    let left = |absorption: f32| math::exp(-(absorption * distance).max(0.0));
+    Vec3::new(left(absorption.x), left(absorption.y), left(absorption.z))
 }
 
 /// The absorption that leaves `color` of white light after `distance` meters: `-ln(color)/distance`.
@@ -79,6 +81,8 @@ mod tests {
         assert_eq!(transmittance(black, 0.0), Vec3::ONE);
         assert!(transmittance(black, 0.5).max_element() < 1e-37);
         assert_eq!(transmittance(Vec3::splat(f32::MAX), 2.0), Vec3::ZERO);
+        assert_eq!(transmittance(Vec3::new(0.0, 1e-9, f32::INFINITY), f32::INFINITY), Vec3::X);
+        assert_eq!(transmittance(Vec3::splat(f32::INFINITY), 0.0), Vec3::ONE);
         let clear = from_color(Vec3::splat(0.5), f32::INFINITY).expect("never gets there");
         assert_eq!((clear, clear.x.is_sign_negative()), (Vec3::ZERO, false));
         assert!(!from_color(Vec3::ONE, 1.0).expect("clear").x.is_sign_negative());

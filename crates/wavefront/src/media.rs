@@ -8,8 +8,9 @@ use std::collections::HashMap;
 use std::hash::{BuildHasherDefault, Hasher};
 
 use brewster_buffers::{DielectricsView, MaterialKind, MaterialRowsView, SceneBuffers};
-use brewster_geometry::{Hit, HitColumns, Rays, closest_hits, offset_origin, surface};
+use brewster_geometry::{Hit, HitColumns, Rays, SurfacePoint, closest_hits, offset_origin, surface};
 use brewster_lanes::Level;
+use brewster_optics::absorption::transmittance;
 use glam::Vec3;
 
 /// A set of media in the order in which they were entered: a row of [`MediaStacks`]. Holds within one batch.
@@ -28,6 +29,21 @@ pub struct Medium(pub u32);
 impl Medium {
     /// No medium.
     pub const VACUUM: Medium = Medium(u32::MAX);
+
+    /// Its index of refraction.
+    #[inline(always)]
+    pub fn ior(self, dielectrics: &DielectricsView<'_>) -> f32 {
+        if self == Medium::VACUUM { 1.0 } else { dielectrics.ior[self.0 as usize] }
+    }
+
+    /// The part of light that is left after a distance in it, which may be infinite.
+    #[inline(always)]
+    pub fn transmittance(self, distance: f32, dielectrics: &DielectricsView<'_>) -> Vec3 {
+        if self == Medium::VACUUM {
+            return Vec3::ONE;
+        }
+        transmittance(dielectrics.absorption[self.0 as usize], distance)
+    }
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -70,6 +86,17 @@ pub struct Boundary {
     pub filling_before: Medium,
     /// The medium that fills the place behind it.
     pub filling_behind: Medium,
+}
+
+impl Boundary {
+    /// The indices `[eta_i, eta_t]` for the Fresnel equations. Media lie on the sides of the geometric normal; which of the two
+    /// light comes from says the shading normal.
+    #[inline(always)]
+    pub fn indices(&self, direction: Vec3, point: &SurfacePoint, dielectrics: &DielectricsView<'_>) -> [f32; 2] {
+        let [before, behind] = [self.filling_before, self.filling_behind].map(|medium| medium.ior(dielectrics));
+        let inward = |normal: Vec3| direction.dot(normal) < 0.0;
+        if inward(point.geometric_normal) == inward(point.shading_normal) { [before, behind] } else { [behind, before] }
+    }
 }
 
 impl MediaStacks {

@@ -65,7 +65,7 @@ pub fn whitted(context: &Context<'_>, samples: Range<u32>, batch: &mut Batch, ti
         });
         shade!(Stage::ShadeLambert, sorted.lambert, |hits, _counts| { shade_lambert(context, rays, &hits, shadows) });
         shade!(Stage::ShadeMetal, sorted.metal, |hits, counts| {
-            shade_metal(context, rays, &hits, shadows, &mut onward, counts)
+            shade_metal(context, rays, &hits, stacks, shadows, &mut onward, counts)
         });
         shade!(Stage::ShadeDielectric, sorted.dielectric, |hits, counts| {
             shade_dielectric(context, rays, &hits, stacks, shadows, &mut onward, counts)

@@ -1,10 +1,9 @@
 //! Weakens rays by the medium they went through.
 
 use brewster_geometry::HitsView;
-use brewster_optics::absorption::transmittance;
 
 use crate::context::Context;
-use crate::media::{MediaStacks, Medium};
+use crate::media::MediaStacks;
 use crate::queues::PathRaysViewMut;
 
 /// Multiplies each ray's weight by the Beer-Lambert transmittance of the medium along it, up to its hit.
@@ -13,9 +12,6 @@ use crate::queues::PathRaysViewMut;
 pub fn absorb(context: &Context<'_>, stacks: &MediaStacks, hits: HitsView<'_>, rays: PathRaysViewMut<'_>) {
     let dielectrics = context.scene.materials.dielectric.view();
     for ((weight, &media), &distance) in rays.weight.iter_mut().zip(&*rays.media).zip(hits.t) {
-        let medium = stacks.filling(media);
-        if medium != Medium::VACUUM {
-            *weight *= transmittance(dielectrics.absorption[medium.0 as usize], distance);
-        }
+        *weight *= stacks.filling(media).transmittance(distance, &dielectrics);
     }
 }

@@ -3,7 +3,6 @@
 use brewster_buffers::MaterialKind;
 use brewster_film::FilmTile;
 use brewster_geometry::{Hit, HitColumns, closest_hits, occluded, offset_origin, surface};
-use brewster_optics::absorption::transmittance;
 use glam::Vec3;
 
 use crate::context::Context;
@@ -28,7 +27,7 @@ impl ShadowScratch {
     }
 }
 
-/// Passes on the contributions of rays that reach their light, and empties the queue.
+/// Passes on the contributions of rays that reach their light, weakened by the media on the way, and empties the queue.
 ///
 /// Reads and empties: shadow rays. Writes: contributions, and the film's number of rays.
 pub fn shadow(
@@ -55,9 +54,12 @@ pub fn shadow(
         let view = queue.view();
         scratch.blocked.resize(view.len(), false);
         occluded(&context.geometry, context.policy.level, view.rays(), view.distance, &mut scratch.blocked);
+        let dielectrics = context.scene.materials.dielectric.view();
         for row in 0..view.len() {
             if !scratch.blocked[row] {
-                contributions.push(Contribution { radiance: view.contribution[row], pixel: view.pixel[row] });
+                let medium = stacks.filling(view.media[row]);
+                let radiance = view.contribution[row] * medium.transmittance(view.distance[row], &dielectrics);
+                contributions.push(Contribution { radiance, pixel: view.pixel[row] });
             }
         }
         queue.clear();
@@ -88,11 +90,7 @@ fn follow(
     for row in 0..queue.len() {
         let (ray, hit) = (queue.get(row), scratch.hits.get(row));
         let end = hit.t.min(ray.distance);
-        let filling = stacks.filling(ray.media);
-        let mut contribution = ray.contribution;
-        if filling != Medium::VACUUM {
-            contribution *= transmittance(dielectrics.absorption[filling.0 as usize], end);
-        }
+        let mut contribution = ray.contribution * stacks.filling(ray.media).transmittance(end, &dielectrics);
         if hit.is_miss() || hit.t >= ray.distance {
             contributions.push(Contribution { radiance: contribution, pixel: ray.pixel });
             continue;
@@ -106,9 +104,8 @@ fn follow(
         let inward = direction.dot(point.geometric_normal) < 0.0;
         let boundary = stacks.boundary(ray.media, Medium(material.row), inward, &dielectrics);
         if boundary.filling_before != boundary.filling_behind {
-            let ior = |medium: Medium| if medium == Medium::VACUUM { 1.0 } else { dielectrics.ior[medium.0 as usize] };
             let cos_i = direction.dot(point.shading_normal).abs().min(1.0);
-            let (eta_i, eta_t) = (ior(boundary.filling_before), ior(boundary.filling_behind));
+            let [eta_i, eta_t] = boundary.indices(direction, &point, &dielectrics);
             let fresnel = dielectrics.fresnel[material.row as usize].dielectric(cos_i, eta_i, eta_t);
             contribution *= fresnel.transmittance();
         }

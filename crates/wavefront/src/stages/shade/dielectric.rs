@@ -6,7 +6,7 @@ use brewster_optics::phong::highlight as phong_highlight;
 use brewster_optics::refraction::{mirror, refract_with_cosine};
 use glam::Vec3;
 
-use super::{Continuation, send_shadow_ray};
+use super::{Continuation, facing_normals, send_shadow_ray};
 use crate::context::Context;
 use crate::media::{MediaId, MediaStacks, Medium};
 use crate::queues::{HitsOf, OnDielectric, PathRay, PathRaysView, ShadowQueue, SurfaceHit};
@@ -70,17 +70,13 @@ pub fn shade_dielectric(
     }
 }
 
-/// Which side is which follows the geometric normal for the media, and the shading normal for Fresnel.
+/// Where light goes at the boundary.
 fn split(dielectrics: &DielectricsView<'_>, stacks: &mut MediaStacks, ray: &PathRay, hit: &SurfaceHit) -> Split {
     let direction = ray.ray().direction;
-    let ior = |medium: Medium| if medium == Medium::VACUUM { 1.0 } else { dielectrics.ior[medium.0 as usize] };
     let inward = direction.dot(hit.point.geometric_normal) < 0.0;
     let boundary = stacks.boundary(ray.media, Medium(hit.material), inward, dielectrics);
-    let (before, behind) = (ior(boundary.filling_before), ior(boundary.filling_behind));
-    let shading_inward = direction.dot(hit.point.shading_normal) < 0.0;
-    let (eta_i, eta_t) = if shading_inward == inward { (before, behind) } else { (behind, before) };
-    let normal = if shading_inward { hit.point.shading_normal } else { -hit.point.shading_normal };
-    let geometric = if inward { hit.point.geometric_normal } else { -hit.point.geometric_normal };
+    let [eta_i, eta_t] = boundary.indices(direction, &hit.point, dielectrics);
+    let (geometric, normal) = facing_normals(hit, direction);
 
     let cos_i = (-direction.dot(normal)).clamp(0.0, 1.0);
     let fresnel = dielectrics.fresnel[hit.material as usize].dielectric(cos_i, eta_i, eta_t);

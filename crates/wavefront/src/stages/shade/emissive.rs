@@ -16,7 +16,8 @@ pub fn shade_emissive(
     let hits = hits.columns();
     for row in 0..hits.len() {
         let hit = hits.get(row);
-        let radiance = scene.textures.evaluate(scene.materials.emissive.get(hit.material as usize).radiance, hit.point.uv);
+        let radiance =
+            scene.textures.evaluate(scene.materials.emissive.get(hit.material as usize).radiance, hit.point.uv);
         let ray = hit.ray as usize;
         contributions.push(Contribution { radiance: rays.weight[ray] * radiance, pixel: rays.pixel[ray] });
     }

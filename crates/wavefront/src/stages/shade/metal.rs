@@ -9,22 +9,26 @@ use glam::Vec3;
 
 use super::{Continuation, facing_normals, send_shadow_ray};
 use crate::context::Context;
+use crate::media::MediaStacks;
 use crate::queues::{HitsOf, OnMetal, PathRaysView, ShadowQueue};
 use crate::stats::Counts;
 
 /// For each hit: for each light on the viewer's side a shadow ray with ks · R_0 · max(0, L·R)^exponent · irradiance, and, below
-/// the maximum depth, a reflection with weight F_r. What is not reflected is absorbed as heat.
+/// the maximum depth, a reflection with weight F_r. What is not reflected is absorbed as heat. A complex index counts relative
+/// to the medium in front of the metal; R_0 is what the author says, in any medium.
 ///
-/// Reads: rays, hits, metals, textures, lights. Writes: shadow rays and the next depth's reflection queue.
+/// Reads: rays, hits, metals, textures, lights, the media stacks. Writes: shadow rays and the next depth's reflection queue.
 pub fn shade_metal(
     context: &Context<'_>,
     rays: PathRaysView<'_>,
     hits: &HitsOf<'_, OnMetal>,
+    stacks: &MediaStacks,
     shadows: &mut ShadowQueue,
     continuation: &mut Continuation<'_>,
     counts: &mut Counts,
 ) {
     let scene = context.scene;
+    let dielectrics = scene.materials.dielectric.view();
     let hits = hits.columns();
     for row in 0..hits.len() {
         let hit = hits.get(row);
@@ -47,7 +51,10 @@ pub fn shade_metal(
         }
         let cos_i = (-direction.dot(normal)).clamp(0.0, 1.0);
         let reflectance = match material.fresnel {
-            FresnelModel::Exact => conductor_color(cos_i, 1.0, material.eta, material.k),
+            FresnelModel::Exact => {
+                let eta_i = stacks.filling(ray.media).ior(&dielectrics);
+                conductor_color(cos_i, eta_i, material.eta, material.k)
+            }
             FresnelModel::Schlick | FresnelModel::SchlickThetaM => schlick_color(cos_i, r0),
         };
         let origin = offset_origin(&hit.point, mirror);
