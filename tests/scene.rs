@@ -1,0 +1,63 @@
+//! From a scene in RON to columns, and from columns to a film: what every claim about pictures begins with.
+
+use std::path::Path;
+
+use brewster_buffers::SceneBuffers;
+use brewster_film::{Film, PixelOrder};
+use brewster_import::Importer;
+use brewster_wavefront::{Control, Policy, Renderer, Stats};
+use brewster_world::Scene;
+
+/// The scenes of `tests/scenes`: small, and together all that an integrator can meet.
+pub(crate) const SCENES: [&str; 12] = [
+    "colored_shadows",
+    "facing_metals",
+    "inside_glass",
+    "lake",
+    "lights",
+    "nested",
+    "overlap",
+    "prism",
+    "shapes",
+    "slabs",
+    "smooth",
+    "threshold",
+];
+
+/// The columns of a scene in `tests/scenes`, by its name.
+pub(crate) fn load(name: &str) -> SceneBuffers {
+    let path = folder().join(name).with_extension("ron");
+    read(&path, &std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display())))
+}
+
+fn folder() -> &'static Path {
+    Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/scenes"))
+}
+
+fn read(path: &Path, text: &str) -> SceneBuffers {
+    let loaded = Importer::default().load_text(path, text).unwrap_or_else(|failure| panic!("{failure}"));
+    let mut scene = Scene::new();
+    loaded.scene.apply(scene.world_mut());
+    let report = scene.flatten();
+    assert!(report.invalid.is_empty(), "{}: {:?}", path.display(), report.invalid);
+    scene.buffers().clone()
+}
+
+/// An empty film of a scene's resolution.
+pub(crate) fn film(scene: &SceneBuffers) -> Film {
+    let size = scene.settings.resolution;
+    Film::new(PixelOrder::new(size.x, size.y, None).expect("a small picture"))
+}
+
+/// All samples of a scene's picture, on one thread in one pass.
+pub(crate) fn render(scene: &SceneBuffers) -> (Film, Stats) {
+    render_with(scene, Policy::default(), 1)
+}
+
+/// The same, scheduled otherwise.
+pub(crate) fn render_with(scene: &SceneBuffers, policy: Policy, threads: usize) -> (Film, Stats) {
+    let mut film = film(scene);
+    let mut renderer = Renderer::new(scene, 0, threads, policy, false).expect("the scene can be rendered");
+    assert!(renderer.pass(0..scene.settings.samples, &mut film, &Control::default()));
+    (film, renderer.stats())
+}
