@@ -2,8 +2,10 @@
 //!
 //! The `ron` crate reads straight into Rust types and stops at the first value that does not fit; it keeps no places, lets
 //! the last of two equal keys win and admits NaN. A scene's author wants every error of a file at once, each with its
-//! place, so the text is read into a [`Node`] tree here and the tree into types in [`super::decode`]. The language is the
-//! `ron` crate's: a test compares the two on many texts.
+//! place, so the text is read into a [`Node`] tree here and the tree into types in [`super::decode`].
+//!
+//! The language is the `ron` crate's, which has the last word on every file: what it refuses is an error, whatever was
+//! understood here. A test compares the two on many texts.
 //!
 //! Only the first syntax error is found: after it nothing can be trusted. Depth and number of values are bounded.
 
@@ -28,7 +30,24 @@ pub(crate) fn parse(sources: &Sources, source: SourceId, start: usize, limits: &
         let found = parser.found();
         return Err(parser.error(format!("expected the end of the file, found {found}")).into());
     }
+    if start == 0 {
+        confirm(sources, source)?;
+    }
     Ok(node)
+}
+
+/// Lets the `ron` crate read the text, without a type in mind.
+fn confirm(sources: &Sources, source: SourceId) -> Parsed<()> {
+    let text = &sources.get(source).text;
+    let bare = text.trim_start_matches('\u{feff}');
+    let Err(error) = ron::from_str::<&ron::value::RawValue>(bare) else { return Ok(()) };
+    let before: usize = bare.split_inclusive('\n').take(error.span.start.line.saturating_sub(1)).map(str::len).sum();
+    let line = &bare[before..];
+    let column = line.char_indices().nth(error.span.start.col.saturating_sub(1)).map_or(line.len(), |(at, _)| at);
+    let start = (text.len() - bare.len() + before + column) as u32;
+    let length = text[start as usize..].chars().next().map_or(0, char::len_utf8) as u32;
+    let span = Span { source, start, end: start + length };
+    Err(sources.error(Code::Syntax, span, format!("this is not RON: {}", error.code)).into())
 }
 
 struct Parser<'s> {
