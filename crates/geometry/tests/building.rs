@@ -42,6 +42,22 @@ fn threads_change_no_tree() {
     }
 }
 
+/// Equal distances everywhere, or none at all, are where clustering could merge one pair a round: these would take minutes.
+#[test]
+fn rows_and_heaps_of_equal_things_are_built_in_time() {
+    for step in [Vec3::X, Vec3::X * 1e-3, Vec3::new(1.0, 1.0, 1.0), Vec3::ZERO] {
+        let (mut scene, shapes) = Scene::with_every_analytic_shape();
+        for i in 0..50_000 {
+            scene.place(shapes[0], Affine3A::from_translation(step * i as f32));
+        }
+        TopTree::build(&scene.instances()).unwrap().validate(&scene.instances()).unwrap();
+    }
+    let positions = (0..100_002).map(|i| Vec3::new((i / 2) as f32, (i % 2) as f32, 0.0)).collect();
+    let triangles = (0..100_000).map(|i| [i, i + 1, i + 2]).collect();
+    let ribbon = TriangleMesh { positions, triangles, ..Default::default() };
+    MeshTree::build(Arc::new(ribbon)).unwrap().validate().unwrap();
+}
+
 /// The documented figures.
 #[test]
 fn memory_is_as_stated() {

@@ -1,6 +1,6 @@
 //! Binary trees, built by obvhs: locally ordered clustering, then reinsertion of the largest nodes.
 
-use glam::Vec3A;
+use glam::{Vec3, Vec3A};
 use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
 use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
@@ -33,8 +33,8 @@ const ROUNDS: usize = 16;
 impl Binary {
     /// Builds a tree over at least one box. The boxes are finite. The result does not depend on the number of threads.
     pub(crate) fn build(boxes: &[Aabb]) -> Binary {
-        let to_obvhs = |b: &Aabb| obvhs::aabb::Aabb { min: Vec3A::from(b.min), max: Vec3A::from(b.max) };
-        let boxes: Vec<obvhs::aabb::Aabb> = boxes.par_iter().map(to_obvhs).collect();
+        let boxes: Vec<obvhs::aabb::Aabb> =
+            boxes.par_iter().enumerate().map(|(item, aabb)| shaken(item as u32, aabb)).collect();
         let items = (0..boxes.len() as u32).collect();
         let mut bvh = PlocBuilder::new().build(PlocSearchDistance::Medium, &boxes, items, SortPrecision::U64, 3);
         reinsert(&mut bvh);
@@ -63,6 +63,23 @@ impl Binary {
         }
         binary
     }
+}
+
+/// A box, moved by up to a thousandth of its size and a few units in the last place of where it is.
+///
+/// Clustering merges boxes that are nearest to each other. Of boxes that stand in a row at equal distances, or all in one place,
+/// it would merge one pair a round: 50,000 balls in a row took 25 s, and take 0.1 s when no two distances are equal.
+fn shaken(item: u32, aabb: &Aabb) -> obvhs::aabb::Aabb {
+    // A round of multiplying and folding for each axis: the bits need to look random, no more.
+    let mut bits = item ^ 0x9e37_79b9;
+    let mut random = || {
+        bits = (bits ^ bits >> 16).wrapping_mul(0x045d_9f3b).wrapping_add(0x27d4_eb2f);
+        (bits >> 8) as f32 / (1 << 23) as f32 - 1.0
+    };
+    let random = Vec3::new(random(), random(), random());
+    let size = (aabb.max - aabb.min).max_element();
+    let by = random * (aabb.min.abs().max(aabb.max.abs()) * 2f32.powi(-20) + size * 2f32.powi(-10));
+    obvhs::aabb::Aabb { min: Vec3A::from(aabb.min + by), max: Vec3A::from(aabb.max + by) }
 }
 
 /// obvhs's own choice of nodes to reinsert sorts them on many threads, and the order of equal areas is then open. This is the

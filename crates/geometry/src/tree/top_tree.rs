@@ -237,11 +237,10 @@ impl TopTree {
         }
     }
 
-    /// What a ray pays to pass the tree, by the surface area heuristic without constants: the area of all boxes over that of the
-    /// whole. Grows as boxes come to overlap. Looks at every node.
-    pub fn cost(&self) -> f32 {
+    /// Half the area of all boxes: rays meet boxes in proportion to it, so it tells what refits have cost. Looks at every node.
+    pub fn half_area(&self) -> f32 {
         let area = |node: &Node| (0..node.count as usize).map(|place| node.bounds(place).half_area()).sum::<f32>();
-        self.nodes.iter().map(area).sum::<f32>() / self.bounds().half_area().max(f32::MIN_POSITIVE)
+        self.nodes.iter().map(area).sum()
     }
 
     /// The box around all instances that have an end, and a little more.
