@@ -46,7 +46,7 @@ pub(super) fn flatten_cameras(
         .iter()
         .map(|(entity, key, place, camera, name)| (Owner { key: key.0, entity }, place.0, camera, name))
         .collect();
-    sorted.sort_unstable_by_key(|&(owner, ..)| owner);
+    sorted.sort_unstable_by_key(|(owner, ..)| owner.rank());
 
     index.invalid.clear();
     let mut rows: Vec<buffers::Camera> = Vec::with_capacity(sorted.len());

@@ -16,8 +16,8 @@ pub(super) struct Directory {
     pub(super) invalid: BTreeMap<Entity, Problem>,
 }
 
-/// An entity that owns a row; owners stand in the order of their keys.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+/// An entity that owns a row; owners stand in the order of their ranks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Owner {
     pub(super) key: u64,
     pub(super) entity: Entity,
@@ -31,6 +31,11 @@ pub(super) struct Moves {
 }
 
 impl Owner {
+    /// Its key; among entities with the same one, the first in the world.
+    pub(super) fn rank(&self) -> (u64, u32) {
+        (self.key, self.entity.index_u32())
+    }
+
     /// Whether the entity has a key of its own, given the owner before it.
     pub(super) fn check_after(self, last: Option<&Owner>) -> Result<(), Problem> {
         if SceneKey(self.key) == SceneKey::UNASSIGNED {

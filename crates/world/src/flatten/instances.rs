@@ -11,6 +11,7 @@ use bevy_ecs::system::{Query, Res, ResMut, SystemParam};
 use brewster_buffers::{Instance, InstanceColumns, SceneBuffers};
 use brewster_geometry::{Affine, Instances};
 
+use super::directory::Owner;
 use super::materials::MaterialIndex;
 use super::report::{FlattenReport, Problem};
 use super::shapes::ShapeIndex;
@@ -154,23 +155,23 @@ pub(super) fn flatten_added_instances(
     mut report: ResMut<FlattenReport>,
 ) {
     let index = &mut *index;
-    let mut candidates: Vec<(u64, Entity)> = Vec::new();
+    let mut candidates: Vec<Owner> = Vec::new();
     // What stays in the list has a row already.
     edits.rewired.retain(|&entity| {
         let has_row = index.keys.contains_key(&entity);
         if !has_row {
             index.invalid.remove(&entity);
-            candidates.extend(wearers.entities.get(entity).map(|(key, ..)| (key.0, entity)));
+            candidates.extend(wearers.entities.get(entity).map(|(key, ..)| Owner { key: key.0, entity }));
         }
         has_row
     });
-    candidates.sort_unstable();
+    candidates.sort_unstable_by_key(Owner::rank);
 
     let buffers = &mut buffers.0;
     let mut added = InstanceColumns::with_capacity(candidates.len());
     let mut sources = Vec::with_capacity(candidates.len());
     index.keys.reserve(candidates.len());
-    for (key, entity) in candidates {
+    for Owner { key, entity } in candidates {
         let is_taken =
             added.view().key.last() == Some(&key) || buffers.instances.view().key.binary_search(&key).is_ok();
         match wearers.resolve(entity, buffers) {

@@ -45,7 +45,7 @@ pub(super) fn flatten_lights(
     }
     let mut sorted: Vec<_> =
         lights.iter().map(|(entity, key, place, light)| (Owner { key: key.0, entity }, place.0, light)).collect();
-    sorted.sort_unstable_by_key(|&(owner, ..)| owner);
+    sorted.sort_unstable_by_key(|(owner, ..)| owner.rank());
 
     index.invalid.clear();
     let mut ambient = Vec3::ZERO;

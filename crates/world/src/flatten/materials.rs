@@ -100,7 +100,7 @@ pub(super) fn regroup_materials(
     }
     let mut sorted: Vec<(Owner, &Material)> =
         materials.iter().map(|(entity, key, material)| (Owner { key: key.0, entity }, material)).collect();
-    sorted.sort_unstable_by_key(|&(owner, _)| owner);
+    sorted.sort_unstable_by_key(|(owner, _)| owner.rank());
 
     index.directory.invalid.clear();
     index.textures.clear();

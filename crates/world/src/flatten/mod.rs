@@ -81,6 +81,7 @@ pub(crate) fn init_resources(world: &mut World) {
     world.init_resource::<instances::InstanceIndex>();
     world.init_resource::<lights::LightIndex>();
     world.init_resource::<camera::CameraIndex>();
+    world.init_resource::<trees::Wear>();
     world.init_resource::<FlattenReport>();
     world.init_resource::<Clock>();
 }

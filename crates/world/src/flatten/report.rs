@@ -75,7 +75,8 @@ pub enum TopTreeEdit {
     Kept,
     /// Its boxes were fitted to this many instances that moved or changed their shape.
     Refitted(usize),
-    /// It was built anew over this many instances.
+    /// It was built anew over this many instances: some came, went or got another kind of shape, or so many moved so far that
+    /// rays would have become slow.
     Rebuilt(usize),
 }
 

@@ -102,7 +102,7 @@ pub(super) fn regroup_shapes(
     }
     let mut sorted: Vec<(Owner, &Shape)> =
         shapes.iter().map(|(entity, key, shape)| (Owner { key: key.0, entity }, shape)).collect();
-    sorted.sort_unstable_by_key(|&(owner, _)| owner);
+    sorted.sort_unstable_by_key(|(owner, _)| owner.rank());
 
     index.directory.invalid.clear();
     index.shapes.clear();
