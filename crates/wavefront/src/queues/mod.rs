@@ -7,7 +7,7 @@
 //! | [`ReflectionQueue`] | `shade_metal`, `shade_dielectric` | `trace`, one depth on | 52 |
 //! | [`TransmissionQueue`] | `shade_dielectric`; `cross` at the same depth | `trace`, one depth on | 52 |
 //! | [`HitQueue`], one a material kind | `sort` | `shade_*`, after `record` has read it at depth 0 | 60 |
-//! | [`CrossingQueue`] | `sort` | `cross` | 28 |
+//! | [`CrossingQueue`] | `sort` | `cross` | 20 |
 //! | [`EscapedQueue`] | `sort` | `escape` | 28 |
 //! | [`ShadowQueue`] | `shade_*` | `shadow` | 48 |
 //! | [`ContributionQueue`] | `escape`, `shade_*`, `shadow` | `gather` | 16 |
