@@ -365,6 +365,16 @@ mod tests {
     }
 
     #[test]
+    fn as_json_it_has_what_an_editor_needs() {
+        let diagnostic = about("one\ntwo", "two").help("say 2").note("see one");
+        let expected = serde_json::json!({
+            "severity": "error", "code": "type", "message": "wrong", "file": "a.ron", "line": 2, "column": 1, "end_line": 2,
+            "end_column": 4, "span": [4, 7], "help": "say 2", "notes": ["see one"],
+        });
+        assert_eq!(serde_json::to_value(diagnostic).expect("it is plain data"), expected);
+    }
+
+    #[test]
     fn a_place_past_the_end_is_the_end() {
         let found = Diagnostic::about_text(Severity::Error, Code::Syntax, "a.ron", "ab", (2, 99));
         assert_eq!((found.line, found.column, found.excerpt.indent, found.excerpt.length), (1, 3, 2, 1));

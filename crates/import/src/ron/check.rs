@@ -8,6 +8,7 @@ use brewster_world::components::parts::{Affine, Background, TriangleMesh};
 use glam::{Affine3A, DVec3, Vec2, Vec3, Vec3A};
 
 use crate::diagnostics::{Code, Diagnostic, Severity};
+use crate::limits::Exceeded;
 use crate::scene::{Part, Row, Scene};
 use crate::session::Session;
 use crate::source::Span;
@@ -20,7 +21,8 @@ const MOST_TRIANGLES: usize = 1 << 20;
 
 /// Reports what is suspicious in a scene that was read from a file of that name.
 pub(crate) fn check(session: &mut Session, scene: &Scene, file: &str) {
-    let places = world_transforms(&scene.rows);
+    let (places, depths) = world_transforms(&scene.rows);
+    check_depths(session, scene, &depths);
     check_places(session, scene, &places);
     check_visibility(session, scene, file);
     let solids: Vec<Solid> =
@@ -48,23 +50,34 @@ pub(crate) fn check(session: &mut Session, scene: &Scene, file: &str) {
     }
 }
 
-/// From each row's space to the world's.
-fn world_transforms(rows: &[Row]) -> Vec<Affine3A> {
-    let mut known: Vec<Option<Affine3A>> = vec![None; rows.len()];
+/// From each row's space to the world's, and how many rows that takes. A parent may come after its children.
+fn world_transforms(rows: &[Row]) -> (Vec<Affine3A>, Vec<u64>) {
+    let mut places = vec![Affine3A::IDENTITY; rows.len()];
+    let mut depths = vec![0; rows.len()];
     let mut chain = Vec::new();
     for start in 0..rows.len() {
         let mut at = Some(start);
-        while let Some(row) = at.filter(|&row| known[row].is_none()) {
+        while let Some(row) = at.filter(|&row| depths[row] == 0) {
             chain.push(row);
             at = rows[row].parent.map(|parent| parent as usize);
         }
-        let mut above = at.and_then(|row| known[row]).unwrap_or(Affine3A::IDENTITY);
+        let (mut above, mut depth) = at.map_or((Affine3A::IDENTITY, 0), |row| (places[row], depths[row]));
         while let Some(row) = chain.pop() {
             above *= rows[row].transform.unwrap_or(Affine3A::IDENTITY);
-            known[row] = Some(above);
+            depth += 1;
+            (places[row], depths[row]) = (above, depth);
         }
     }
-    known.into_iter().map(|place| place.unwrap_or(Affine3A::IDENTITY)).collect()
+    (places, depths)
+}
+
+/// Reports the first row that is too deep in others' spaces.
+fn check_depths(session: &mut Session, scene: &Scene, depths: &[u64]) {
+    let bound = session.limits.hierarchy;
+    if let Some(row) = depths.iter().position(|&depth| depth > bound) {
+        let exceeded = Exceeded { name: "hierarchy", bound };
+        session.error(Code::Limit, scene.rows[row].span, format!("too many parents of parents: {exceeded}"));
+    }
 }
 
 /// Reports shapes whose transforms, together with those above them, cannot be undone.

@@ -3,7 +3,6 @@
 use std::collections::HashMap;
 
 use crate::diagnostics::Code;
-use crate::limits::Exceeded;
 use crate::session::Session;
 use crate::source::Span;
 
@@ -41,9 +40,8 @@ struct Row<'e> {
 fn walk<'e>(entities: &'e [Entity], above: Option<u32>, repeated: bool, rows: &mut Vec<Row<'e>>) {
     for entity in entities {
         let index = rows.len() as u32;
-        let repeated = repeated || entity.instances.is_some();
         rows.push(Row { entity, above, repeated });
-        walk(&entity.children, Some(index), repeated, rows);
+        walk(&entity.children, Some(index), repeated || entity.instances.is_some(), rows);
     }
 }
 
@@ -89,42 +87,21 @@ fn parent(
     None
 }
 
-/// Reports entities that are their own ancestors, each circle once, and chains that are too long. An entity in a circle loses
-/// nothing: after an error nothing is placed.
+/// Reports entities that are their own ancestors, each circle once.
 fn report_circles(session: &mut Session, rows: &[Row], parents: &HashMap<u32, u32>) {
     let up = |index: u32| parents.get(&index).copied().or(rows[index as usize].above);
-    let bound = session.limits.hierarchy;
-    // The walk that first saw an entity, and its depth below the world where that is known.
-    let mut depth: Vec<Option<u64>> = vec![None; rows.len()];
-    let mut seen_by: Vec<u32> = vec![u32::MAX; rows.len()];
+    // The walk that first came to an entity. A walk that comes back to itself has found a circle.
+    let mut seen_by: Vec<Option<u32>> = vec![None; rows.len()];
     for start in 0..rows.len() as u32 {
         let mut chain = Vec::new();
         let mut at = Some(start);
-        while let Some(index) = at.filter(|&index| seen_by[index as usize] == u32::MAX) {
-            seen_by[index as usize] = start;
+        while let Some(index) = at.filter(|&index| seen_by[index as usize].is_none()) {
+            seen_by[index as usize] = Some(start);
             chain.push(index);
             at = up(index);
         }
-        let above = match at {
-            None => 0,
-            Some(index) if seen_by[index as usize] == start && depth[index as usize].is_none() => {
-                let from = chain.iter().position(|&link| link == index).unwrap_or(0);
-                report_circle(session, rows, parents, &chain[from..]);
-                0
-            }
-            Some(index) => depth[index as usize].unwrap_or(0),
-        };
-        for (steps, &index) in chain.iter().rev().enumerate() {
-            let here = above + steps as u64 + 1;
-            depth[index as usize] = Some(here);
-            if here == bound + 1 {
-                let exceeded = Exceeded { name: "hierarchy", bound };
-                session.error(
-                    Code::Limit,
-                    place(&rows[index as usize]),
-                    format!("too many parents of parents: {exceeded}"),
-                );
-            }
+        if let Some(from) = chain.iter().position(|&link| Some(link) == at) {
+            report_circle(session, rows, parents, &chain[from..]);
         }
     }
 }

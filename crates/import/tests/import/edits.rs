@@ -1,6 +1,7 @@
 //! Applying a scene to a world that holds an earlier state of it: the world comes out as a fresh one would, and change
 //! detection sees what the author changed and nothing else.
 
+use crate::random::Random;
 use bevy_ecs::change_detection::DetectChanges;
 use bevy_ecs::entity::Entity;
 use bevy_ecs::hierarchy::ChildOf;
@@ -107,6 +108,59 @@ fn an_edited_world_equals_a_fresh_one() {
         let mut original = World::new();
         apply(&mut Importer::new(LoadOptions::default()), SCENE, &mut original);
         assert_eq!(described(&mut world), described(&mut original), "{to} → {from}");
+    }
+}
+
+/// A scene of a few entities out of many, in any order, with numbers out of a few.
+fn random_scene(random: &mut Random) -> String {
+    let mut entities = Vec::new();
+    for name in ["a", "b", "c", "d", "e", "f"] {
+        let number = random.below(4);
+        let parent = ["a", "b", "c"][random.below(3)];
+        let what = match random.below(9) {
+            0 => continue,
+            1 => format!("shape: Sphere(radius: {}), material: \"red\"", number + 1),
+            2 => format!("shape: \"bead\", material: Lambert(albedo: 0.{number})"),
+            3 => format!("shape: Plane(normal: (0, {}, 1)), material: \"blue\"", number),
+            4 => format!("light: Point(intensity: {number}), shape: Plane(normal: (0, 0, 1)), material: \"red\""),
+            5 => format!("instances: Grid(count: ({}, 1, 2)), shape: Box(), material: Lambert()", number + 1),
+            6 => format!("children: [(light: Point(), at: (0, {number}, 0)), (shape: \"bead\", material: \"red\")]"),
+            7 => "instances: [(at: (1, 0, 0)), ()], children: [(light: Ambient()), (children: [(light: Point())])]"
+                .into(),
+            _ => format!("at: (0, {number}, 0)"),
+        };
+        let parent = match name {
+            "d" | "e" | "f" if entities.iter().any(|(other, _)| *other == parent) => format!(", parent: {parent:?}"),
+            _ => String::new(),
+        };
+        let name_field = if random.below(4) == 0 && name > "c" { String::new() } else { format!("name: {name:?}, ") };
+        entities.insert(random.below(entities.len() + 1), (name, format!("({name_field}{what}{parent})")));
+    }
+    let entities: Vec<String> = entities.into_iter().map(|(_, entity)| entity).collect();
+    let cameras = ["", "camera: Perspective(),", "cameras: {\"a\": Perspective(), \"b\": Perspective(vfov: 30)},"];
+    let lamp = ["", ", \"lamp\": Emissive()"][random.below(2)];
+    let blue = random.below(3);
+    let materials = format!("materials: {{\"red\": Lambert(), \"blue\": Metal(r0: 0.{blue}){lamp}}}");
+    let shapes = format!("shapes: {{\"bead\": Sphere(radius: 0.{})}}", random.below(3) + 1);
+    let (cameras, entities) = (cameras[random.below(3)], entities.join(", "));
+    format!("Scene({cameras} background: 0.{}, {materials}, {shapes}, entities: [{entities}])", random.below(3))
+}
+
+#[test]
+fn after_any_series_of_edits_the_world_equals_a_fresh_one() {
+    let mut random = Random::new(7);
+    for _ in 0..20 {
+        let mut importer = Importer::new(LoadOptions::default());
+        let mut world = World::new();
+        for _ in 0..20 {
+            let text = random_scene(&mut random);
+            apply(&mut importer, &text, &mut world);
+            let mut fresh = World::new();
+            apply(&mut Importer::new(LoadOptions::default()), &text, &mut fresh);
+            assert_eq!(described(&mut world), described(&mut fresh), "{text}");
+            let again = apply(&mut importer, &text, &mut world);
+            assert_eq!(again, Default::default(), "{text}");
+        }
     }
 }
 

@@ -4,4 +4,5 @@ mod broken_scenes;
 mod edits;
 mod manual;
 mod mutations;
+mod random;
 mod scenes;

@@ -7,24 +7,9 @@ use std::path::Path;
 use bevy_ecs::world::World;
 use brewster_import::{Importer, Limits, LoadOptions};
 
+use crate::random::Random;
+
 const ROUNDS: u64 = 3_000;
-
-/// SplitMix64.
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut x = self.0;
-        x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        x ^ (x >> 31)
-    }
-
-    fn below(&mut self, bound: usize) -> usize {
-        (self.next() % bound.max(1) as u64) as usize
-    }
-}
 
 /// What a careless or hostile hand may put anywhere.
 const PIECES: &[&str] = &[
@@ -105,7 +90,7 @@ fn no_mutated_scene_panics() {
         .collect();
     seeds.sort();
     let limits = Limits { entities: 10_000, ..Limits::DEFAULT };
-    let mut random = Random(20_261_122);
+    let mut random = Random::new(20_261_122);
     for round in 0..ROUNDS {
         let text = mutate(&seeds[random.below(seeds.len())], &mut random);
         let mut importer = Importer::new(LoadOptions { limits, ..LoadOptions::default() });

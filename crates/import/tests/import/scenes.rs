@@ -385,6 +385,45 @@ fn includes_bring_their_own_names_and_are_read_once() {
 }
 
 #[test]
+fn pictures_come_in_linear_light() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = |name: &str| folder.path().join(name);
+    image::RgbImage::from_raw(2, 1, vec![255, 0, 0, 188, 188, 10])
+        .expect("six bytes")
+        .save(path("eight.png"))
+        .expect("it is written");
+    let deep: Vec<u16> = vec![65535, 0, 32768];
+    let deep = image::ImageBuffer::<image::Rgb<u16>, _>::from_raw(1, 1, deep).expect("three values");
+    deep.save(path("sixteen.png")).expect("it is written");
+    let bright = vec![image::Rgb([4.0, 0.5, 0.25])];
+    let hdr = std::fs::File::create(path("bright.hdr")).expect("it can be made");
+    image::codecs::hdr::HdrEncoder::new(hdr).encode(&bright, 1, 1).expect("it is written");
+    // From the formula of IEC 61966-2-1: 188 is 0.50288, 10 is 0.0030353, and 32768/65535 is 0.21404.
+    for (name, size, expected) in [
+        ("eight.png", (2, 1), [1.0, 0.0, 0.0, 0.502_886_5, 0.502_886_5, 0.003_035_27].as_slice()),
+        ("sixteen.png", (1, 1), &[1.0, 0.0, 0.214_048_8]),
+        ("bright.hdr", (1, 1), &[4.0, 0.5, 0.25]),
+    ] {
+        let text = format!(
+            "Scene(camera: Perspective(), background: 1, materials: {{\"m\": Lambert(albedo: Image(file: {name:?}, repeat: 3))}})"
+        );
+        let loaded = Importer::new(LoadOptions::default())
+            .load_text(&path("scene.ron"), &text)
+            .unwrap_or_else(|failure| panic!("{failure}"));
+        let mut world = World::new();
+        loaded.scene.apply(&mut world);
+        let Material::Lambert { albedo: Color::Texture(Texture::Image { image, repeat }) } = get(&mut world, "m")
+        else {
+            panic!("it is a picture")
+        };
+        assert_eq!(((image.width, image.height), repeat), (size, 3.0), "{name}");
+        for (found, expected) in image.pixels.as_flattened().iter().zip(expected) {
+            assert!((found - expected).abs() <= 1e-5 * expected, "{name}: {found} instead of {expected}");
+        }
+    }
+}
+
+#[test]
 fn an_importer_remembers_files_that_did_not_change() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let obj = folder.path().join("a.obj");
