@@ -1,13 +1,22 @@
 //! What the project claims as a whole, one module a claim.
 //!
+//! - `batches_agree`: the same picture, bit for bit, however work is scheduled.
+//! - `conservation`: no ray is lost or made up between queues.
 //! - `layers`: crates depend on each other as the architecture page says, and on nothing else.
 //! - `recursion_agrees`: the queues compute what a plain recursion of the lecture's algorithm computes.
+//! - `stages_covered`: one picture uses every stage and every queue.
+//! - `threads_agree`: the same picture, bit for bit, on any number of threads.
 //! - `tidy`: every source file says what it is.
 //!
-//! What claims share: `scene` reads and renders, `recursion` is the plain recursion.
+//! What claims share: `scene` reads and renders, `recursion` is the plain recursion, `textbook` has the formulas.
 
+mod batches_agree;
+mod conservation;
 mod layers;
 mod recursion;
 mod recursion_agrees;
 mod scene;
+mod stages_covered;
+mod textbook;
+mod threads_agree;
 mod tidy;

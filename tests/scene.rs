@@ -5,7 +5,8 @@ use std::path::Path;
 use brewster_buffers::SceneBuffers;
 use brewster_film::{Film, PixelOrder};
 use brewster_import::Importer;
-use brewster_wavefront::{Control, Policy, Renderer, Stats};
+use brewster_wavefront::queues::RaySource;
+use brewster_wavefront::{Control, Counts, Policy, Renderer, Stats};
 use brewster_world::Scene;
 
 /// The scenes of `tests/scenes`: small, and together all that an integrator can meet.
@@ -60,4 +61,9 @@ pub(crate) fn render_with(scene: &SceneBuffers, policy: Policy, threads: usize) 
     let mut renderer = Renderer::new(scene, 0, threads, policy, false).expect("the scene can be rendered");
     assert!(renderer.pass(0..scene.settings.samples, &mut film, &Control::default()));
     (film, renderer.stats())
+}
+
+/// What was counted at each depth, by source, without the times.
+pub(crate) fn counts(stats: &Stats) -> Vec<[Counts; RaySource::ALL.len()]> {
+    stats.depths.iter().map(|depth| depth.counts).collect()
 }

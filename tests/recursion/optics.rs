@@ -10,6 +10,7 @@ use glam::{DVec2, DVec3, Vec3};
 
 use super::flipped;
 use super::media::Boundary;
+use crate::textbook;
 
 /// How far a direction in f32 may be from the law.
 const DIRECTION_TOLERANCE: f64 = 2e-6;
@@ -71,15 +72,10 @@ pub(crate) fn split(surface: &Dielectric, direction: Vec3, point: &SurfacePoint,
     let (cos_i, cos_t) = (f64::from(cos_i), f64::from(cos_t));
     let r0 = ((eta_i - eta_t) / (eta_i + eta_t)).powi(2);
     let reflectance = match surface.fresnel {
-        FresnelModel::Exact if eta_i == eta_t => 0.0,
-        FresnelModel::Exact => {
-            let perpendicular = (eta_i * cos_i - eta_t * cos_t) / (eta_i * cos_i + eta_t * cos_t);
-            let parallel = (eta_t * cos_i - eta_i * cos_t) / (eta_t * cos_i + eta_i * cos_t);
-            0.5 * (perpendicular * perpendicular + parallel * parallel)
-        }
-        FresnelModel::Schlick => schlick(cos_i, r0),
+        FresnelModel::Exact => textbook::dielectric(cos_i, cos_t, eta_i, eta_t),
+        FresnelModel::Schlick => textbook::schlick(cos_i, r0),
         // The larger angle has the smaller cosine.
-        FresnelModel::SchlickThetaM => schlick(cos_i.min(cos_t), r0),
+        FresnelModel::SchlickThetaM => textbook::schlick(cos_i.min(cos_t), r0),
     };
     Split { reflectance, refracted: (reflectance < 1.0).then_some(refracted) }
 }
@@ -87,8 +83,8 @@ pub(crate) fn split(surface: &Dielectric, direction: Vec3, point: &SurfacePoint,
 /// A metal's reflectance, per channel; `eta_i` is the index of the medium before it.
 pub(crate) fn metal(model: FresnelModel, cos_i: f64, eta_i: f32, r0: DVec3, (eta, k): (DVec3, DVec3)) -> DVec3 {
     let channel = |c: usize| match model {
-        FresnelModel::Exact => conductor(cos_i, DVec2::new(eta[c], k[c]) / f64::from(eta_i)),
-        FresnelModel::Schlick | FresnelModel::SchlickThetaM => schlick(cos_i, r0[c]),
+        FresnelModel::Exact => textbook::conductor(cos_i, DVec2::new(eta[c], k[c]) / f64::from(eta_i)),
+        FresnelModel::Schlick | FresnelModel::SchlickThetaM => textbook::schlick(cos_i, r0[c]),
     };
     DVec3::new(channel(0), channel(1), channel(2))
 }
@@ -96,35 +92,4 @@ pub(crate) fn metal(model: FresnelModel, cos_i: f64, eta_i: f32, r0: DVec3, (eta
 /// Phong's highlight about a direction.
 pub(crate) fn highlight(toward: DVec3, about: DVec3, exponent: f32) -> f64 {
     toward.dot(about).clamp(0.0, 1.0).powf(exponent.into())
-}
-
-fn schlick(cosine: f64, r0: f64) -> f64 {
-    r0 + (1.0 - r0) * (1.0 - cosine).max(0.0).powi(5)
-}
-
-/// The conductor's reflectance from complex amplitudes: `index` is η + ik relative to the medium, as (real, imaginary).
-fn conductor(cos_i: f64, index: DVec2) -> f64 {
-    let sine_squared = 1.0 - cos_i * cos_i;
-    // cos θt by Snell's law with a complex index: √(1 - sin²θ/n²).
-    let cos_t = root(DVec2::X - divided(DVec2::new(sine_squared, 0.0), times(index, index)));
-    let incident = DVec2::new(cos_i, 0.0);
-    let perpendicular = divided(incident - times(index, cos_t), incident + times(index, cos_t));
-    let parallel = divided(times(index, incident) - cos_t, times(index, incident) + cos_t);
-    0.5 * (perpendicular.length_squared() + parallel.length_squared())
-}
-
-/// The product of two complex numbers.
-fn times(a: DVec2, b: DVec2) -> DVec2 {
-    DVec2::new(a.x * b.x - a.y * b.y, a.x * b.y + a.y * b.x)
-}
-
-/// The quotient of two complex numbers.
-fn divided(a: DVec2, b: DVec2) -> DVec2 {
-    times(a, DVec2::new(b.x, -b.y)) / b.length_squared()
-}
-
-/// The root of a complex number whose real part is not negative.
-fn root(a: DVec2) -> DVec2 {
-    let (length, angle) = (a.length().sqrt(), a.to_angle() / 2.0);
-    DVec2::new(angle.cos(), angle.sin()) * length
 }

@@ -1,0 +1,89 @@
+//! The same picture, bit for bit, and the same counts however work is scheduled: in batches of any size, with levels cut at any
+//! capacity, either queue first, rays sorted or not, on every instruction set, all samples in one pass or few at a time.
+
+use brewster_buffers::SceneBuffers;
+use brewster_lanes::Level;
+use brewster_wavefront::{Control, Policy, QueueOrder, Renderer, SortKey};
+
+use crate::scene::{SCENES, counts, film, load, render_with};
+
+const SAMPLES: u32 = 4;
+
+fn scene(name: &str) -> SceneBuffers {
+    let mut scene = load(name);
+    scene.settings.samples = SAMPLES;
+    scene.settings.resolution /= 2;
+    scene
+}
+
+#[track_caller]
+fn check(name: &str, scene: &SceneBuffers, policies: impl IntoIterator<Item = Policy>) {
+    let (film, stats) = render_with(scene, Policy::default(), 1);
+    for policy in policies {
+        let (other, counted) = render_with(scene, policy, 1);
+        assert!(other == film, "{name} is another picture by {policy:?}");
+        assert_eq!(counts(&counted), counts(&stats), "{name} by {policy:?}");
+    }
+}
+
+/// From one pixel at a time to the whole picture at once.
+#[test]
+fn in_batches_of_any_size() {
+    for name in SCENES {
+        let sizes = [1, 13, 200, 1_000_000];
+        check(name, &scene(name), sizes.map(|batch| Policy { batch, ..Policy::default() }));
+    }
+}
+
+/// From one ray at a time: levels are cut and finished part by part.
+#[test]
+fn with_levels_cut_at_any_capacity() {
+    for name in ["nested", "smooth", "shapes", "slabs"] {
+        let capacities = [1, 7, 100, 1_000_000];
+        check(name, &scene(name), capacities.map(|capacity| Policy { capacity, ..Policy::default() }));
+    }
+}
+
+/// All combinations, and capacities that are smaller than a batch.
+#[test]
+fn in_any_order_on_every_instruction_set() {
+    let mut policies = Vec::new();
+    for level in Level::available() {
+        for order in [QueueOrder::ReflectionFirst, QueueOrder::TransmissionFirst] {
+            for sort in [SortKey::None, SortKey::Octant] {
+                for capacity in [50, 4096] {
+                    policies.push(Policy { batch: 300, capacity, order, sort, level });
+                }
+            }
+        }
+    }
+    for name in ["colored_shadows", "nested", "shapes", "smooth"] {
+        check(name, &scene(name), policies.iter().copied());
+    }
+}
+
+/// Passes of any number of samples add up, and so do films that got some samples each.
+#[test]
+fn in_any_number_of_passes() {
+    for name in ["lights", "prism"] {
+        let scene = scene(name);
+        let (whole, stats) = render_with(&scene, Policy::default(), 1);
+        let renderer = || Renderer::new(&scene, 0, 1, Policy::default(), false).expect("the scene can be rendered");
+        let passes = [0..1, 1..3, 3..SAMPLES];
+
+        let (mut sum, mut one) = (film(&scene), renderer());
+        for samples in passes.clone() {
+            assert!(one.pass(samples, &mut sum, &Control::default()));
+        }
+        assert!(sum == whole, "{name} is another picture in passes");
+        assert_eq!(counts(&one.stats()), counts(&stats), "{name} in passes");
+
+        let mut merged = film(&scene);
+        for samples in passes.into_iter().rev() {
+            let mut part = film(&scene);
+            assert!(renderer().pass(samples, &mut part, &Control::default()));
+            merged.merge(&part).expect("films of one size");
+        }
+        assert!(merged.pixels().color == whole.pixels().color, "{name} is another picture merged");
+    }
+}

@@ -1,0 +1,20 @@
+//! One picture uses every stage and every queue.
+
+use brewster_wavefront::Stage;
+use brewster_wavefront::queues::RaySource;
+
+use crate::scene::{load, render};
+
+#[test]
+fn one_picture_crosses_every_stage_and_every_queue() {
+    let (_, stats) = render(&load("shapes"));
+    let total = stats.total();
+    for stage in Stage::ALL {
+        assert!(total.stages[stage as usize] > 0, "no ray goes through {}", stage.name());
+    }
+    for source in RaySource::ALL {
+        assert!(stats.of_source(source).traced() > 0, "no {} ray", source.name());
+    }
+    let queues = [total.crossings, total.escaped, total.hits, total.shadow_rays, total.shadowed];
+    assert!(queues.iter().all(|&rays| rays > 0), "{queues:?}");
+}
