@@ -119,6 +119,9 @@ columns! {
     pub struct Emissive => EmissiveColumns, EmissivesView, EmissivesViewMut {
         /// Radiance in nit.
         pub radiance: ColorSource,
+        /// Whether it shines from both sides. Otherwise only from where its normal points: out of a closed shape, from the
+        /// side of a triangle that its corners run counterclockwise on.
+        pub two_sided: bool,
     }
 }
 

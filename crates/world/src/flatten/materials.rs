@@ -196,7 +196,7 @@ fn put(materials: &mut Materials, textures: &mut TextureWriter<'_>, material: &M
                 .put(row, buffers::Dielectric { ior, fresnel, specular, exponent, absorption, priority })
         }
         Material::Emissive { radiance } => {
-            materials.emissive.put(row, buffers::Emissive { radiance: source(radiance) })
+            materials.emissive.put(row, buffers::Emissive { radiance: source(radiance), two_sided: true })
         }
     }
 }
