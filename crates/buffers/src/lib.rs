@@ -25,9 +25,10 @@ pub use materials::{
     Dielectric, DielectricColumns, DielectricsView, DielectricsViewMut, Emissive, EmissiveColumns, EmissivesView,
     EmissivesViewMut, Lambert, LambertColumns, LambertsView, LambertsViewMut, MaterialKind, MaterialRow,
     MaterialRowColumns, MaterialRowsView, MaterialRowsViewMut, Materials, Metal, MetalColumns, MetalsView,
-    MetalsViewMut, Phong, PhongColumns, PhongsView, PhongsViewMut,
+    MetalsViewMut, Phong, PhongColumns, PhongsView, PhongsViewMut, RoughDiffuse, RoughDiffuseColumns,
+    RoughDiffusesView, RoughDiffusesViewMut,
 };
-pub use settings::{Integrator, PixelFilter, Settings, ToneMapping};
+pub use settings::{Integrator, PixelFilter, SamplerKind, Settings, ToneMapping};
 pub use textures::{Axis, ColorSource, Image, Texture, Textures};
 pub use trees::Trees;
 

@@ -14,6 +14,8 @@ pub enum MaterialKind {
     Phong,
     /// Ideal diffuse.
     Lambert,
+    /// Diffuse, with the shadows of its own roughness.
+    RoughDiffuse,
     /// Opaque conductor.
     Metal,
     /// Transparent solid.
@@ -24,9 +26,10 @@ pub enum MaterialKind {
 
 impl MaterialKind {
     /// All kinds, in the order in which a bounce shades them.
-    pub const ALL: [MaterialKind; 5] = [
+    pub const ALL: [MaterialKind; 6] = [
         MaterialKind::Phong,
         MaterialKind::Lambert,
+        MaterialKind::RoughDiffuse,
         MaterialKind::Metal,
         MaterialKind::Dielectric,
         MaterialKind::Emissive,
@@ -37,6 +40,7 @@ impl MaterialKind {
         match self {
             MaterialKind::Phong => "phong",
             MaterialKind::Lambert => "lambert",
+            MaterialKind::RoughDiffuse => "rough diffuse",
             MaterialKind::Metal => "metal",
             MaterialKind::Dielectric => "dielectric",
             MaterialKind::Emissive => "emissive",
@@ -79,6 +83,16 @@ columns! {
 }
 
 columns! {
+    /// Diffuse reflection of a rough surface: `brewster_optics::rough_diffuse`.
+    pub struct RoughDiffuse => RoughDiffuseColumns, RoughDiffusesView, RoughDiffusesViewMut {
+        /// Albedo.
+        pub albedo: ColorSource,
+        /// 0 is Lambert's surface, 1 the roughest.
+        pub roughness: f32,
+    }
+}
+
+columns! {
     /// An opaque conductor.
     pub struct Metal => MetalColumns, MetalsView, MetalsViewMut {
         /// Reflectance at normal incidence; where an index is given it follows from it.
@@ -89,6 +103,11 @@ columns! {
         pub k: Vec3,
         /// `Exact` or `Schlick`.
         pub fresnel: FresnelModel,
+        /// The color near grazing incidence, at 82°, as a factor of Schlick's curve: white is that curve. Read by
+        /// `FresnelModel::Schlick` only.
+        pub f82: Vec3,
+        /// GGX width, 0 (a mirror) to 1.
+        pub alpha: f32,
         /// Factor of the highlight, beside R_0.
         pub specular: ColorSource,
         /// Exponent of the highlight.
@@ -111,6 +130,10 @@ columns! {
         pub absorption: Vec3,
         /// Where media overlap the highest fills the place; at equal priority the one entered last.
         pub priority: i32,
+        /// GGX width, 0 (smooth) to 1.
+        pub alpha: f32,
+        /// Whether it is a sheet too thin to be inside of: light passes straight on, and no medium is entered.
+        pub thin: bool,
     }
 }
 
@@ -134,6 +157,8 @@ pub struct Materials {
     pub phong: PhongColumns,
     /// Parameters of [`MaterialKind::Lambert`].
     pub lambert: LambertColumns,
+    /// Parameters of [`MaterialKind::RoughDiffuse`].
+    pub rough_diffuse: RoughDiffuseColumns,
     /// Parameters of [`MaterialKind::Metal`].
     pub metal: MetalColumns,
     /// Parameters of [`MaterialKind::Dielectric`].

@@ -15,6 +15,15 @@ pub struct Settings {
     pub samples: u32,
     /// Chooses the pattern of samples.
     pub seed: u64,
+    /// Where the numbers come from that decide what a sample does.
+    pub sampler: SamplerKind,
+    /// `Path`: a smooth dielectric sends both rays while a ray's depth is below this, later one of them by chance.
+    pub split_depth: u32,
+    /// `Path`: whether rays of little weight are ended by chance and the others carry what they would have brought.
+    pub roulette: bool,
+    /// `Path`: the largest radiance that one contribution may bring, above 0; infinite lets all pass and leaves the picture
+    /// unbiased.
+    pub clamp: f32,
     /// How samples lie around their pixel.
     pub filter: PixelFilter,
     /// Whether shadow rays pass dielectrics, weakened by F_t and absorption, or are stopped by them.
@@ -35,6 +44,10 @@ impl Default for Settings {
             max_depth: 2,
             samples: 16,
             seed: 0,
+            sampler: SamplerKind::Sobol,
+            split_depth: 1,
+            roulette: true,
+            clamp: f32::INFINITY,
             filter: PixelFilter::BlackmanHarris,
             transparent_shadows: false,
             contribution_threshold: 0.0,
@@ -49,6 +62,18 @@ impl Default for Settings {
 pub enum Integrator {
     /// The deterministic algorithm of the lectures.
     Whitted,
+    /// Unbiased path tracing.
+    Path,
+}
+
+/// Where random numbers come from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum SamplerKind {
+    /// Owen-scrambled Sobol points in screen-space order: even over every pixel and over its neighbors.
+    #[default]
+    Sobol,
+    /// Numbers without any relation to each other: for tests and for measures of error.
+    Independent,
 }
 
 /// How samples lie around their pixel.

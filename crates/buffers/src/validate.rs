@@ -58,7 +58,7 @@ impl SceneBuffers {
 
     /// Rows of a kind stand in the order of the materials that they belong to, one each.
     fn validate_materials(&self) -> Outcome {
-        let Materials { rows, phong, lambert, metal, dielectric, emissive } = &self.materials;
+        let Materials { rows, phong, lambert, rough_diffuse, metal, dielectric, emissive } = &self.materials;
         ascending("materials", rows.view().key.iter().copied())?;
         let mut owned = [0; MaterialKind::ALL.len()];
         for row in 0..rows.len() {
@@ -69,17 +69,19 @@ impl SceneBuffers {
             })?;
             *expected += 1;
         }
-        let lengths = [phong.len(), lambert.len(), metal.len(), dielectric.len(), emissive.len()];
+        let lengths = [phong.len(), lambert.len(), rough_diffuse.len(), metal.len(), dielectric.len(), emissive.len()];
         for ((kind, owned), length) in MaterialKind::ALL.into_iter().zip(owned).zip(lengths) {
             require(owned as usize == length, || format!("{length} {} rows for {owned} materials", kind.name()))?;
         }
 
-        let (phong, metal, dielectric) = (phong.view(), metal.view(), dielectric.view());
+        let (phong, metal, dielectric, rough_diffuse) =
+            (phong.view(), metal.view(), dielectric.view(), rough_diffuse.view());
         let colors = [
             phong.ambient,
             phong.diffuse,
             phong.specular,
             lambert.view().albedo,
+            rough_diffuse.albedo,
             metal.r0,
             metal.specular,
             dielectric.specular,
@@ -88,11 +90,14 @@ impl SceneBuffers {
         for color in colors.into_iter().flatten() {
             require(self.has_color(color), || format!("a material's color is {color:?}"))?;
         }
-        let vectors = [metal.eta, metal.k, dielectric.absorption];
+        let vectors = [metal.eta, metal.k, metal.f82, dielectric.absorption];
         let numbers = [phong.exponent, metal.exponent, dielectric.exponent, dielectric.ior];
         let finite = vectors.into_iter().flatten().all(|v| v.is_finite())
             && numbers.into_iter().flatten().all(|x| x.is_finite());
-        require(finite, || "a material has a number that is not finite".to_owned())
+        require(finite, || "a material has a number that is not finite".to_owned())?;
+        let parts = [rough_diffuse.roughness, metal.alpha, dielectric.alpha];
+        let are_parts = parts.into_iter().flatten().all(|part| (0.0..=1.0).contains(part));
+        require(are_parts, || "a material has a roughness outside 0 to 1".to_owned())
     }
 
     fn has_color(&self, color: &ColorSource) -> bool {
@@ -168,6 +173,7 @@ fn can_be_met(settings: &Settings) -> bool {
         && settings.contribution_threshold >= 0.0
         && settings.contribution_threshold.is_finite()
         && settings.exposure.is_finite()
+        && settings.clamp > 0.0
 }
 
 #[cfg(test)]
@@ -249,5 +255,6 @@ mod tests {
         check("ambient", |b| b.ambient.z = -1.0);
         check("background", |b| b.background = Background::Constant(Vec3::NAN));
         check("settings", |b| b.settings.samples = 0);
+        check("settings", |b| b.settings.clamp = 0.0);
     }
 }

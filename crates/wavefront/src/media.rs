@@ -262,6 +262,8 @@ mod tests {
             exponent: 1.0,
             absorption: Vec3::ZERO,
             priority,
+            alpha: 0.0,
+            thin: false,
         };
         priorities.iter().map(row).collect()
     }

@@ -39,17 +39,8 @@
 //!   reseeded there. Depths and dimensions have no end.
 //! - Integers only; a number is the upper 24 bits of a word, times 2⁻²⁴: 1 is never reached.
 
+pub use brewster_buffers::SamplerKind;
 use brewster_lanes::{columns, dispatch};
-
-/// Where numbers come from.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum SamplerKind {
-    /// Owen-scrambled Sobol points in screen-space order: see the [module](self).
-    #[default]
-    Sobol,
-    /// Numbers without any relation to each other: for tests and for measures of error.
-    Independent,
-}
 
 /// A pixel's place on the Z-order curve: bits of x and y in turn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

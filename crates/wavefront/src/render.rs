@@ -6,7 +6,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Instant;
 
-use brewster_buffers::{PixelFilter, SceneBuffers};
+use brewster_buffers::{Integrator, PixelFilter, SceneBuffers};
 use brewster_film::{Film, Filter, FilterSampler};
 
 use crate::batch::Batch;
@@ -24,6 +24,10 @@ pub enum Unsupported {
     Camera(usize),
     /// A lens with an aperture, which the integrator `Whitted` does not have.
     Lens,
+    /// An integrator that is none.
+    Integrator(Integrator),
+    /// What no material of the lectures does, in words; the integrator `Path` renders it.
+    Material(&'static str),
     /// The pool of threads could not be started.
     Threads(String),
 }
@@ -36,12 +40,31 @@ impl fmt::Display for Unsupported {
             Unsupported::Lens => {
                 write!(f, "the integrator Whitted renders pinhole and orthographic cameras, not a lens")
             }
+            Unsupported::Integrator(integrator) => write!(f, "the integrator {integrator:?} renders nothing"),
+            Unsupported::Material(what) => {
+                write!(f, "the integrator Whitted does not render {what}; `integrator: Path` does")
+            }
             Unsupported::Threads(why) => write!(f, "cannot start the threads: {why}"),
         }
     }
 }
 
 impl std::error::Error for Unsupported {}
+
+/// What the integrator does not render.
+fn check_integrator(scene: &SceneBuffers) -> Result<(), Unsupported> {
+    if scene.settings.integrator == Integrator::Path {
+        return Err(Unsupported::Integrator(Integrator::Path));
+    }
+    let (metal, dielectric) = (scene.materials.metal.view(), scene.materials.dielectric.view());
+    let cases = [
+        (!scene.materials.rough_diffuse.is_empty(), "rough diffuse materials"),
+        (metal.alpha.iter().any(|&alpha| alpha > 0.0), "rough metals"),
+        (dielectric.alpha.iter().any(|&alpha| alpha > 0.0), "rough dielectrics"),
+        (dielectric.thin.contains(&true), "thin dielectrics"),
+    ];
+    cases.into_iter().try_for_each(|(holds, what)| if holds { Err(Unsupported::Material(what)) } else { Ok(()) })
+}
 
 /// What a render and those who watch it tell each other, from any thread.
 #[derive(Debug, Default)]
@@ -94,6 +117,7 @@ impl<'a> Renderer<'a> {
         if camera.aperture_radius > 0.0 {
             return Err(Unsupported::Lens);
         }
+        check_integrator(scene)?;
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads(threads.max(1))
             .thread_name(|worker| format!("brewster-{worker}"))

@@ -214,14 +214,21 @@ impl Editor {
             0 => Material::Phong { ambient: self.color(), diffuse: self.color(), specular: self.color(), exponent },
             1 => Material::Lambert { albedo: self.color() },
             2 => Material::Metal {
-                reflectance: Reflectance::Normal(self.color()),
+                reflectance: Reflectance::Normal { r0: self.color(), f82: Vec3::ONE },
                 fresnel,
                 specular: self.color(),
                 exponent,
+                alpha: 0.5,
             },
             3 => {
                 let reflectance = Reflectance::Index { eta: Vec3::splat(0.2), k: self.random.vector(3.0).abs() };
-                Material::Metal { reflectance, fresnel: FresnelModel::Exact, specular: self.color(), exponent }
+                Material::Metal {
+                    reflectance,
+                    fresnel: FresnelModel::Exact,
+                    specular: self.color(),
+                    exponent,
+                    alpha: 0.0,
+                }
             }
             4 => {
                 let ior = 1.0 + self.random.unit();
@@ -232,6 +239,8 @@ impl Editor {
                     exponent,
                     absorption: Vec3::ONE,
                     priority: 0,
+                    alpha: 0.25,
+                    thin: false,
                 }
             }
             _ => Material::Emissive { radiance: self.color() },

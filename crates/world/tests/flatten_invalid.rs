@@ -105,23 +105,49 @@ fn shapes_that_are_none_are_left_out() {
 
 #[test]
 fn materials_that_are_none_are_left_out() {
-    let metal = |reflectance, fresnel| Material::Metal { reflectance, fresnel, specular: Color::WHITE, exponent: 1.0 };
-    let normal = |r0| Reflectance::Normal(Color::gray(r0));
+    let metal = |reflectance, fresnel| Material::Metal {
+        reflectance,
+        fresnel,
+        specular: Color::WHITE,
+        exponent: 1.0,
+        alpha: 0.0,
+    };
+    let rough_metal = |alpha| Material::Metal {
+        reflectance: Reflectance::Normal { r0: Color::WHITE, f82: Vec3::ONE },
+        fresnel: FresnelModel::Schlick,
+        specular: Color::WHITE,
+        exponent: 1.0,
+        alpha,
+    };
+    let normal = |r0| Reflectance::Normal { r0: Color::gray(r0), f82: Vec3::ONE };
+    let edge = |r0, tint| Reflectance::EdgeTint { r0: Vec3::splat(r0), edge_tint: Vec3::splat(tint) };
     let index = |eta, k| Reflectance::Index { eta: Vec3::splat(eta), k: Vec3::splat(k) };
-    let glass = |ior, absorption| {
-        let (specular, absorption) = (Color::WHITE, Vec3::splat(absorption));
-        Material::Dielectric { ior, fresnel: FresnelModel::Exact, specular, exponent: 1.0, absorption, priority: 0 }
+    let glass = |ior, absorption, alpha| Material::Dielectric {
+        ior,
+        fresnel: FresnelModel::Exact,
+        specular: Color::WHITE,
+        exponent: 1.0,
+        absorption: Vec3::splat(absorption),
+        priority: 0,
+        alpha,
+        thin: false,
     };
     for (material, expected) in [
         (Material::Lambert { albedo: Color::gray(f32::NAN) }, "a color must be finite"),
         (Material::Emissive { radiance: Color::gray(-1.0) }, "a color must be finite"),
-        (metal(normal(1.5), FresnelModel::Schlick), "reflectance must be at most 1"),
+        (metal(normal(1.5), FresnelModel::Schlick), "colors must be 0 to 1"),
         (metal(normal(0.5), FresnelModel::Exact), "with an index Exact"),
         (metal(index(0.5, 1.0), FresnelModel::SchlickThetaM), "must be Schlick"),
         (metal(index(0.0, 1.0), FresnelModel::Exact), "eta above 0"),
         (metal(index(1.0, -1.0), FresnelModel::Exact), "k at least 0"),
-        (glass(0.9, 0.0), "index of refraction must be at least 1"),
-        (glass(1.5, -1.0), "absorption must be at least 0"),
+        (glass(0.9, 0.0, 0.0), "index of refraction must be at least 1"),
+        (glass(1.5, -1.0, 0.0), "absorption must be at least 0"),
+        (glass(1.5, 0.0, 1.5), "alpha must be 0 to 1"),
+        (rough_metal(-0.5), "alpha must be 0 to 1"),
+        (rough_metal(f32::NAN), "alpha must be 0 to 1"),
+        (metal(edge(1.5, 0.0), FresnelModel::Exact), "colors must be 0 to 1"),
+        (metal(edge(0.5, -0.5), FresnelModel::Exact), "colors must be 0 to 1"),
+        (Material::RoughDiffuse { albedo: Color::WHITE, roughness: 1.5 }, "a roughness must be 0 to 1"),
     ] {
         let (mut scene, entity) = check(expected, |scene| scene.spawn((BALL, material)).id());
         *scene.world_mut().get_mut::<Material>(entity).unwrap() = GRAY;

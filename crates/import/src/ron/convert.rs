@@ -42,6 +42,7 @@ pub(crate) fn settings(settings: &schema::Settings) -> parts::Settings {
             schema::ToneMapping::Srgb {} => parts::ToneMapping::Srgb,
             schema::ToneMapping::Filmic {} => parts::ToneMapping::Filmic,
         },
+        ..parts::Settings::default()
     }
 }
 
@@ -108,6 +109,7 @@ pub(crate) fn material(session: &mut Session, material: &Spanned<schema::Materia
                 reflectance,
                 specular: paint(session, specular)?,
                 exponent: *exponent,
+                alpha: 0.0,
             }
         }
         schema::Material::Dielectric { ior, reflectance, glass, fresnel, specular, exponent, absorption, priority } => {
@@ -118,6 +120,8 @@ pub(crate) fn material(session: &mut Session, material: &Spanned<schema::Materia
                 exponent: *exponent,
                 absorption: absorption.0,
                 priority: *priority,
+                alpha: 0.0,
+                thin: false,
             }
         }
         schema::Material::Emissive { radiance } => world::Material::Emissive { radiance: paint(session, radiance)? },
@@ -128,7 +132,7 @@ type ReflectanceFields<'m> = (&'m Option<Paint>, &'m Option<Rgb>, &'m Option<Rgb
 
 fn reflectance(session: &mut Session, fields: ReflectanceFields, span: Span) -> Option<world::Reflectance> {
     match fields {
-        (Some(r0), None, None, None) => paint(session, r0).map(world::Reflectance::Normal),
+        (Some(r0), None, None, None) => Some(world::Reflectance::Normal { r0: paint(session, r0)?, f82: Vec3::ONE }),
         (None, Some(eta), Some(k), None) => Some(world::Reflectance::Index { eta: eta.0, k: k.0 }),
         (None, None, None, Some(name)) => {
             let found = metals::metal(&name.value);

@@ -83,10 +83,15 @@ fn every_material_says_what_it_says() {
     let gray = Color::gray;
     let checker = Color::Texture(Texture::Checker { a: Vec3::splat(0.25), b: Vec3::splat(0.75), size: 0.5 });
     let ramp = Texture::Gradient { from: Vec3::ZERO, to: Vec3::new(1.0, 2.0, 3.0), axis: parts::Axis::U };
-    let metal =
-        |reflectance, fresnel, exponent| Material::Metal { reflectance, fresnel, specular: gray(1.0), exponent };
+    let metal = |reflectance, fresnel, exponent| Material::Metal {
+        reflectance,
+        fresnel,
+        specular: gray(1.0),
+        exponent,
+        alpha: 0.0,
+    };
     let index = Reflectance::Index { eta: Vec3::new(0.5, 1.0, 2.0), k: Vec3::splat(3.0) };
-    let normal = Reflectance::Normal(Color::Constant(Vec3::new(0.25, 0.5, 0.75)));
+    let normal = Reflectance::Normal { r0: Color::Constant(Vec3::new(0.25, 0.5, 0.75)), f82: Vec3::ONE };
     for (name, expected) in [
         ("phong", Material::Phong { ambient: checker.clone(), diffuse: checker, specular: gray(0.5), exponent: 40.0 }),
         ("ambient", Material::Phong { ambient: gray(0.125), diffuse: gray(0.25), specular: gray(0.0), exponent: 32.0 }),

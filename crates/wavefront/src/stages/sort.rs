@@ -114,6 +114,7 @@ pub fn sort(
         match material.kind {
             MaterialKind::Phong => sorted.phong.push(hit),
             MaterialKind::Lambert => sorted.lambert.push(hit),
+            MaterialKind::RoughDiffuse => unreachable!("no integrator takes it"),
             MaterialKind::Metal => sorted.metal.push(hit),
             MaterialKind::Dielectric => sorted.dielectric.push(hit),
             MaterialKind::Emissive => sorted.emissive.push(hit),

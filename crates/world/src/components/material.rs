@@ -29,7 +29,15 @@ pub enum Material {
         /// Albedo, 0 to 1.
         albedo: Color,
     },
-    /// An opaque conductor: a Phong highlight times R_0, and a mirror image times the Fresnel reflectance.
+    /// Diffuse reflection of a rough surface: the energy-preserving Oren-Nayar model.
+    RoughDiffuse {
+        /// Albedo, 0 to 1.
+        albedo: Color,
+        /// 0 (Lambert's surface) to 1.
+        roughness: f32,
+    },
+    /// An opaque conductor: a mirror image times the Fresnel reflectance, blurred where `alpha` is above zero; `Whitted`
+    /// adds a Phong highlight times R_0.
     Metal {
         /// The reflectance at normal incidence, or what it follows from.
         reflectance: Reflectance,
@@ -39,6 +47,8 @@ pub enum Material {
         specular: Color,
         /// Exponent of the highlight, zero or more.
         exponent: f32,
+        /// GGX width, 0 (a mirror) to 1.
+        alpha: f32,
     },
     /// A transparent solid: reflects F_r and transmits 1 - F_r.
     Dielectric {
@@ -54,6 +64,11 @@ pub enum Material {
         absorption: Vec3,
         /// Where media overlap the highest priority fills the place; at equal priority the one entered last.
         priority: i32,
+        /// GGX width, 0 (smooth) to 1.
+        alpha: f32,
+        /// Whether it is a sheet too thin to be inside of, as a window's pane: light passes straight on, after any number of
+        /// reflections between the two faces.
+        thin: bool,
     },
     /// A surface that sends out light of its own from both sides and reflects none.
     Emissive {
@@ -70,8 +85,20 @@ pub struct UsesMaterial(pub Entity);
 /// What a metal reflects.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Reflectance {
-    /// R_0: reflectance at normal incidence, 0 to 1.
-    Normal(Color),
+    /// By color.
+    Normal {
+        /// R_0: reflectance at normal incidence, 0 to 1.
+        r0: Color,
+        /// The color near grazing incidence, at 82°, as a factor of Schlick's curve, 0 to 1: white is that curve.
+        f82: Vec3,
+    },
+    /// The complex index that has this reflectance and edge (Gulbrandsen 2014).
+    EdgeTint {
+        /// R_0: reflectance at normal incidence, 0 to 1.
+        r0: Vec3,
+        /// 0 to 1: how much of the index is absorption.
+        edge_tint: Vec3,
+    },
     /// The complex index per channel, relative to a vacuum.
     Index {
         /// Real part, above zero.

@@ -10,6 +10,7 @@ use bevy_ecs::resource::Resource;
 use bevy_ecs::system::{Query, ResMut};
 use brewster_buffers as buffers;
 use brewster_buffers::{MaterialId, MaterialKind, MaterialRow, Materials};
+use brewster_optics::conductor::index_from_edge_tint;
 use brewster_optics::fresnel::{FresnelModel, f0_conductor};
 use glam::Vec3;
 
@@ -146,6 +147,7 @@ fn kind(material: &Material) -> MaterialKind {
     match material {
         Material::Phong { .. } => MaterialKind::Phong,
         Material::Lambert { .. } => MaterialKind::Lambert,
+        Material::RoughDiffuse { .. } => MaterialKind::RoughDiffuse,
         Material::Metal { .. } => MaterialKind::Metal,
         Material::Dielectric { .. } => MaterialKind::Dielectric,
         Material::Emissive { .. } => MaterialKind::Emissive,
@@ -156,9 +158,12 @@ fn kind(material: &Material) -> MaterialKind {
 fn colors(material: &Material) -> [Option<&Color>; 3] {
     match material {
         Material::Phong { ambient, diffuse, specular, .. } => [Some(ambient), Some(diffuse), Some(specular)],
-        Material::Metal { reflectance: Reflectance::Normal(r0), specular, .. } => [Some(r0), Some(specular), None],
+        Material::Metal { reflectance: Reflectance::Normal { r0, .. }, specular, .. } => {
+            [Some(r0), Some(specular), None]
+        }
         Material::Metal { specular: color, .. }
         | Material::Lambert { albedo: color }
+        | Material::RoughDiffuse { albedo: color, .. }
         | Material::Dielectric { specular: color, .. }
         | Material::Emissive { radiance: color } => [Some(color), None, None],
     }
@@ -177,23 +182,31 @@ fn put(materials: &mut Materials, textures: &mut TextureWriter<'_>, material: &M
             materials.phong.put(row, buffers::Phong { ambient, diffuse, specular, exponent: *exponent })
         }
         Material::Lambert { albedo } => materials.lambert.put(row, buffers::Lambert { albedo: source(albedo) }),
-        Material::Metal { reflectance, fresnel, specular, exponent } => {
+        &Material::RoughDiffuse { ref albedo, roughness } => {
+            materials.rough_diffuse.put(row, buffers::RoughDiffuse { albedo: source(albedo), roughness })
+        }
+        &Material::Metal { ref reflectance, fresnel, ref specular, exponent, alpha } => {
             // Where there is no index, one without effect stands in for it.
-            let (r0, eta, k) = match reflectance {
-                Reflectance::Normal(r0) => (source(r0), Vec3::ONE, Vec3::ZERO),
-                &Reflectance::Index { eta, k } => {
+            let (r0, f82, eta, k) = match *reflectance {
+                Reflectance::Normal { ref r0, f82 } => (source(r0), f82, Vec3::ONE, Vec3::ZERO),
+                Reflectance::Index { eta, k } => {
                     let r0 = [0, 1, 2].map(|channel| f0_conductor(1.0, eta[channel], k[channel]));
-                    (buffers::ColorSource::constant(Vec3::from_array(r0)), eta, k)
+                    (buffers::ColorSource::constant(Vec3::from_array(r0)), Vec3::ONE, eta, k)
+                }
+                Reflectance::EdgeTint { r0, edge_tint } => {
+                    let index = [0, 1, 2].map(|channel| index_from_edge_tint(r0[channel], edge_tint[channel]));
+                    let [eta, k] = [index.map(|(eta, _)| eta), index.map(|(_, k)| k)].map(Vec3::from_array);
+                    (buffers::ColorSource::constant(r0), Vec3::ONE, eta, k)
                 }
             };
             let specular = source(specular);
-            materials.metal.put(row, buffers::Metal { r0, eta, k, fresnel: *fresnel, specular, exponent: *exponent })
+            materials.metal.put(row, buffers::Metal { r0, eta, k, fresnel, f82, alpha, specular, exponent })
         }
-        &Material::Dielectric { ior, fresnel, ref specular, exponent, absorption, priority } => {
+        &Material::Dielectric { ior, fresnel, ref specular, exponent, absorption, priority, alpha, thin } => {
             let specular = source(specular);
-            materials
-                .dielectric
-                .put(row, buffers::Dielectric { ior, fresnel, specular, exponent, absorption, priority })
+            let row_of_kind =
+                buffers::Dielectric { ior, fresnel, specular, exponent, absorption, priority, alpha, thin };
+            materials.dielectric.put(row, row_of_kind)
         }
         Material::Emissive { radiance } => {
             materials.emissive.put(row, buffers::Emissive { radiance: source(radiance), two_sided: true })
@@ -203,10 +216,11 @@ fn put(materials: &mut Materials, textures: &mut TextureWriter<'_>, material: &M
 
 /// Drops what lies beyond the rows that were written, in all tables.
 fn truncate(materials: &mut Materials, rows: usize, written: [usize; MaterialKind::ALL.len()]) {
-    let Materials { rows: all, phong, lambert, metal, dielectric, emissive } = materials;
+    let Materials { rows: all, phong, lambert, rough_diffuse, metal, dielectric, emissive } = materials;
     all.truncate(rows);
     phong.truncate(written[MaterialKind::Phong as usize]);
     lambert.truncate(written[MaterialKind::Lambert as usize]);
+    rough_diffuse.truncate(written[MaterialKind::RoughDiffuse as usize]);
     metal.truncate(written[MaterialKind::Metal as usize]);
     dielectric.truncate(written[MaterialKind::Dielectric as usize]);
     emissive.truncate(written[MaterialKind::Emissive as usize]);
@@ -223,12 +237,16 @@ fn check(material: &Material) -> Result<(), &'static str> {
     }
     let exponent_is_sound = |exponent: f32| exponent >= 0.0 && exponent.is_finite();
     let rules = match *material {
-        Material::Phong { exponent, .. } => [(exponent_is_sound(exponent), EXPONENT), SOUND, SOUND],
-        Material::Lambert { .. } | Material::Emissive { .. } => [SOUND; 3],
-        Material::Metal { ref reflectance, fresnel, exponent, .. } => {
-            let (reflectance_is_sound, has_index) = match reflectance {
-                Reflectance::Normal(Color::Constant(r0)) => (r0.max_element() <= 1.0, false),
-                Reflectance::Normal(Color::Texture(_)) => (true, false),
+        Material::Phong { exponent, .. } => [(exponent_is_sound(exponent), EXPONENT), SOUND, SOUND, SOUND],
+        Material::Lambert { .. } | Material::Emissive { .. } => [SOUND; 4],
+        Material::RoughDiffuse { roughness, .. } => {
+            [(is_part(roughness), "a roughness must be 0 to 1"), SOUND, SOUND, SOUND]
+        }
+        Material::Metal { ref reflectance, fresnel, exponent, alpha, .. } => {
+            let (reflectance_is_sound, has_index) = match *reflectance {
+                Reflectance::Normal { r0: Color::Constant(r0), f82 } => (are_parts(r0) && are_parts(f82), false),
+                Reflectance::Normal { r0: Color::Texture(_), f82 } => (are_parts(f82), false),
+                Reflectance::EdgeTint { r0, edge_tint } => (are_parts(r0) && are_parts(edge_tint), true),
                 Reflectance::Index { eta, k } => {
                     let finite = eta.is_finite() && k.is_finite();
                     (finite && eta.min_element() > 0.0 && k.min_element() >= 0.0, true)
@@ -241,14 +259,16 @@ fn check(material: &Material) -> Result<(), &'static str> {
             };
             [
                 (exponent_is_sound(exponent), EXPONENT),
-                (reflectance_is_sound, "a metal's reflectance must be at most 1, its eta above 0, its k at least 0"),
+                (reflectance_is_sound, "a metal's colors must be 0 to 1, its eta above 0, its k at least 0"),
                 (model_is_sound, "a metal's Fresnel model must be Schlick, or with an index Exact"),
+                (is_part(alpha), ALPHA),
             ]
         }
-        Material::Dielectric { ior, exponent, absorption, .. } => [
+        Material::Dielectric { ior, exponent, absorption, alpha, .. } => [
             (exponent_is_sound(exponent), EXPONENT),
             (ior >= 1.0 && ior.is_finite(), "an index of refraction must be at least 1"),
             (absorption.is_finite() && absorption.min_element() >= 0.0, "absorption must be at least 0"),
+            (is_part(alpha), ALPHA),
         ],
     };
     rules.into_iter().try_for_each(|(holds, rule)| if holds { Ok(()) } else { Err(rule) })
@@ -256,3 +276,12 @@ fn check(material: &Material) -> Result<(), &'static str> {
 
 const SOUND: (bool, &str) = (true, "");
 const EXPONENT: &str = "an exponent must be at least 0";
+const ALPHA: &str = "a GGX width alpha must be 0 to 1";
+
+fn is_part(value: f32) -> bool {
+    (0.0..=1.0).contains(&value)
+}
+
+fn are_parts(color: Vec3) -> bool {
+    color.to_array().into_iter().all(is_part)
+}

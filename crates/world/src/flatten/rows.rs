@@ -70,7 +70,8 @@ macro_rules! rows {
 
 rows! {
     InstanceColumns of Instance, MaterialRowColumns of MaterialRow, LightColumns of Light,
-    PhongColumns of Phong, LambertColumns of Lambert, MetalColumns of Metal, DielectricColumns of Dielectric,
+    PhongColumns of Phong, LambertColumns of Lambert, RoughDiffuseColumns of RoughDiffuse,
+    MetalColumns of Metal, DielectricColumns of Dielectric,
     EmissiveColumns of Emissive
 }
 

@@ -1,8 +1,9 @@
 //! Shades hits on metals: the lecture's Phong highlight times R_0, and the mirror image times the Fresnel reflectance.
 
 use brewster_geometry::{Ray, offset_origin};
+use brewster_optics::conductor::F82Tint;
 use brewster_optics::fresnel::FresnelModel;
-use brewster_optics::fresnel::{conductor_color, schlick_color};
+use brewster_optics::fresnel::conductor_color;
 use brewster_optics::phong::highlight as phong_highlight;
 use brewster_optics::refraction::mirror;
 use glam::Vec3;
@@ -55,7 +56,7 @@ pub fn shade_metal(
                 let eta_i = stacks.filling(ray.media).ior(&dielectrics);
                 conductor_color(cos_i, eta_i, material.eta, material.k)
             }
-            FresnelModel::Schlick | FresnelModel::SchlickThetaM => schlick_color(cos_i, r0),
+            FresnelModel::Schlick | FresnelModel::SchlickThetaM => F82Tint::new(r0, material.f82).reflectance(cos_i),
         };
         let origin = offset_origin(&hit.point, mirror);
         let reflected = ray.along(Ray { origin, direction: mirror });
