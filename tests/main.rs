@@ -3,6 +3,7 @@
 //! - `batches_agree`: the same picture, bit for bit, however work is scheduled.
 //! - `conservation`: no ray is lost or made up between queues.
 //! - `layers`: crates depend on each other as the architecture page says, and on nothing else.
+//! - `memory_bounded`: a split tree of any depth stays within the memory that the queues' page states.
 //! - `recursion_agrees`: the queues compute what a plain recursion of the lecture's algorithm computes.
 //! - `stages_covered`: one picture uses every stage and every queue.
 //! - `threads_agree`: the same picture, bit for bit, on any number of threads.
@@ -13,6 +14,7 @@
 mod batches_agree;
 mod conservation;
 mod layers;
+mod memory_bounded;
 mod recursion;
 mod recursion_agrees;
 mod scene;

@@ -38,8 +38,8 @@ impl Batch {
     pub fn new(max_depth: u32, capacity: usize, recorder: Recorder) -> Batch {
         Batch {
             levels: Levels::new(max_depth, capacity),
-            rays: PathRayColumns::new(),
-            ordered: PathRayColumns::new(),
+            rays: PathRayColumns::with_capacity(Levels::limit(capacity)),
+            ordered: PathRayColumns::with_capacity(Levels::limit(capacity)),
             hits: HitColumns::new(),
             sorted: SortedHits::default(),
             shadows: ShadowQueue::new(),

@@ -124,6 +124,9 @@ impl<'a> Renderer<'a> {
             .build()
             .map_err(|error| Unsupported::Threads(error.to_string()))?;
         let settings = &scene.settings;
+        // Queues take the memory of their capacity: no more rays at once than the whole picture begins with.
+        let camera_rays = settings.resolution.as_u64vec2().element_product() * u64::from(settings.samples);
+        let policy = Policy { capacity: policy.capacity.min(camera_rays as usize).max(1), ..policy };
         let filter = FilterSampler::new(match settings.filter {
             PixelFilter::Box => Filter::BOX,
             PixelFilter::Tent => Filter::TENT,

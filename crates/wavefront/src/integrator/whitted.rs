@@ -20,6 +20,10 @@ pub fn whitted(context: &Context<'_>, samples: Range<u32>, batch: &mut Batch, ti
     recorder.stage((Stage::Generate, 0, RaySource::Primary), tile.len() * samples.len(), |_| {
         generate(context, samples, around, tile, &mut levels.primary);
     });
+    // Hits are shaded in runs, so that the shadow queue stays within its capacity however many lights there are.
+    let lights = context.scene.lights.len().max(1);
+    let run = (context.policy.capacity / lights).max(1);
+    shadows.reserve(run * lights);
     while let Some((depth, source)) = levels.take(context.policy.order, rays) {
         let at = |stage| (stage, depth, source);
         let (here, next) = levels.at(depth);
@@ -46,8 +50,6 @@ pub fn whitted(context: &Context<'_>, samples: Range<u32>, batch: &mut Batch, ti
         recorder.stage(at(Stage::ShadeEmissive), sorted.emissive.len(), |_| {
             shade_emissive(context, rays, &sorted.emissive.view(), contributions);
         });
-        // Hits are shaded in runs, so that the shadow queue stays within its capacity however many lights there are.
-        let run = (context.policy.capacity / context.scene.lights.len().max(1)).max(1);
         macro_rules! shade {
             ($stage:expr, $hits:expr, |$view:ident, $counts:ident| $shade:expr) => {
                 for start in (0..$hits.len()).step_by(run) {

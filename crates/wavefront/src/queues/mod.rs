@@ -14,6 +14,16 @@
 //!
 //! A batch owns one of each and reuses their memory. A ray in flight takes one row of one queue between bounces, and during
 //! a bounce a row of what it became: that is why none exceeds 64 bytes, one cache line.
+//!
+//! **Memory.** A batch that traces at most `capacity` rays at once takes no more rows than
+//!
+//! - of rays: those of the tile's camera rays, `4 * capacity` at each depth from 1 on, `2 * capacity` at depth 0, and
+//!   `4 * capacity` for those being traced and put in order,
+//! - of each queue of hits, crossings and escaped rays: `2 * capacity`,
+//! - of contributions: `4 * capacity`, of shadow rays with memory to test them: `2 * capacity`.
+//!
+//! (Where there are more lights than `capacity`, their number takes its place in the last line.) So it grows with the maximum
+//! depth, however many rays a split tree would have at its widest.
 
 mod contributions;
 mod escaped;
@@ -40,3 +50,34 @@ pub use rays::{PathRay, PathRayColumns, PathRaysView, PathRaysViewMut, RayQueue,
 pub use reflection::ReflectionQueue;
 pub use shadow::{ShadowQueue, ShadowRay, ShadowRayColumns, ShadowRaysView, ShadowRaysViewMut};
 pub use transmission::TransmissionQueue;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_table_tells_the_bytes_of_a_row_and_none_exceeds_a_cache_line() {
+        let rays = PathRayColumns::BYTES_PER_ROW;
+        let expected = [
+            ("PrimaryQueue", rays),
+            ("ReflectionQueue", rays),
+            ("TransmissionQueue", rays),
+            ("HitQueue", SurfaceHitColumns::BYTES_PER_ROW),
+            ("CrossingQueue", CrossingQueue::BYTES_PER_ROW),
+            ("EscapedQueue", EscapedQueue::BYTES_PER_ROW),
+            ("ShadowQueue", ShadowQueue::BYTES_PER_ROW),
+            ("ContributionQueue", ContributionQueue::BYTES_PER_ROW),
+        ];
+        let table: Vec<(&str, usize)> = include_str!("mod.rs")
+            .lines()
+            .filter_map(|line| line.strip_prefix("//! | [`"))
+            .map(|row| {
+                let (name, rest) = row.split_once('`').expect("a name in quotes");
+                let bytes = rest.trim_end_matches([' ', '|']).rsplit(' ').next().expect("a last cell");
+                (name, bytes.parse().expect("a number of bytes"))
+            })
+            .collect();
+        assert_eq!(table, expected);
+        assert!(expected.iter().all(|&(_, bytes)| bytes <= 64), "{expected:?}");
+    }
+}

@@ -132,14 +132,14 @@ impl<Source> RayQueue<Source> {
         self.rays.push(ray);
     }
 
-    /// Moves at most `limit` rays into `taken`, which is emptied first: all of them by exchanging the memory, or the last
-    /// ones by copying.
+    /// Moves at most `limit` rays into `taken`, which is emptied first: all of them by exchanging the memory, if it is of
+    /// one size, or the last ones by copying.
     pub fn take(&mut self, limit: usize, taken: &mut PathRayColumns) {
         taken.clear();
-        if self.len() <= limit {
+        if self.len() <= limit && self.rays.capacity() == taken.capacity() {
             std::mem::swap(&mut self.rays, taken);
         } else {
-            let kept = self.len() - limit;
+            let kept = self.len().saturating_sub(limit);
             taken.extend_from_view(self.rays.view().slice(kept..self.len()));
             self.rays.truncate(kept);
         }

@@ -87,6 +87,8 @@ fn follow(
     scratch.hits.resize(queue.len(), Hit::miss());
     closest_hits(&context.geometry, context.policy.level, queue.view().rays(), scratch.hits.view_mut());
     scratch.next.clear();
+    // The two queues change places: either has room for what the other may get.
+    scratch.next.reserve(queue.capacity());
     for row in 0..queue.len() {
         let (ray, hit) = (queue.get(row), scratch.hits.get(row));
         let end = hit.t.min(ray.distance);

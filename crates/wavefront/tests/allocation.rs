@@ -1,0 +1,113 @@
+//! No stage allocates: once its queues have grown to what tiles need, a batch follows their rays without taking memory.
+
+#![expect(unsafe_code, reason = "an allocator that counts is the only way to see allocations")]
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+use std::path::Path;
+use std::time::Instant;
+
+use brewster_buffers::SceneBuffers;
+use brewster_film::{Film, PixelOrder};
+use brewster_import::Importer;
+use brewster_wavefront::batch::Batch;
+use brewster_wavefront::context::Context;
+use brewster_wavefront::integrator::whitted;
+use brewster_wavefront::media::media_around;
+use brewster_wavefront::stats::Recorder;
+use brewster_wavefront::{Policy, QueueOrder, SortKey, Stage};
+use brewster_world::Scene;
+use glam::Vec2;
+
+/// The system's allocator, counting.
+struct Counting;
+
+thread_local! {
+    /// Allocations of this thread so far.
+    static ALLOCATIONS: Cell<usize> = const { Cell::new(0) };
+}
+
+// SAFETY: everything is passed on to the system's allocator; counting allocates nothing, since the thread's counter is
+// a constant at first and has nothing to drop.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        ALLOCATIONS.set(ALLOCATIONS.get() + 1);
+        // SAFETY: the caller's promises are the system's conditions.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
+        ALLOCATIONS.set(ALLOCATIONS.get() + 1);
+        // SAFETY: the caller's promises are the system's conditions.
+        unsafe { System.realloc(pointer, layout, size) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        // SAFETY: the caller's promises are the system's conditions.
+        unsafe { System.dealloc(pointer, layout) }
+    }
+}
+
+#[global_allocator]
+static COUNTING: Counting = Counting;
+
+/// Follows one sample of every pixel, tile by tile; the allocations of the integrator's calls, and not those of the list of
+/// tiles.
+fn pass(context: &Context<'_>, batch: &mut Batch) -> usize {
+    let size = context.scene.settings.resolution;
+    let mut film = Film::new(PixelOrder::new(size.x, size.y, None).expect("a small picture"));
+    let mut tiles = film.tiles_mut(context.policy.batch);
+    let before = ALLOCATIONS.get();
+    for tile in &mut tiles {
+        whitted(context, 0..1, batch, tile);
+    }
+    ALLOCATIONS.get() - before
+}
+
+/// A scene whose rays go through every stage and every queue.
+fn scene() -> SceneBuffers {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/scenes/shapes.ron");
+    let loaded = Importer::default().load(&path).unwrap_or_else(|failure| panic!("{failure}"));
+    let mut scene = Scene::new();
+    loaded.scene.apply(scene.world_mut());
+    scene.flatten();
+    scene.buffers().clone()
+}
+
+fn check(scene: &SceneBuffers, policy: Policy) {
+    let camera = &scene.cameras[0];
+    let context = Context {
+        scene,
+        geometry: scene.geometry(),
+        camera,
+        camera_media: media_around(scene, camera.position, policy.level),
+        pattern: vec![Vec2::ZERO],
+        policy,
+    };
+    let depth = scene.settings.max_depth;
+    let mut batch = Batch::new(depth, policy.capacity, Recorder::new(depth, 0, Instant::now(), false));
+    assert!(pass(&context, &mut batch) > 0, "the allocator does not count");
+    let first = batch.recorder.stats.total();
+    assert_eq!(pass(&context, &mut batch), 0, "allocations in the second pass by {policy:?}");
+    let second = batch.recorder.stats.total();
+    for stage in Stage::ALL {
+        let rays = second.stages[stage as usize] - first.stages[stage as usize];
+        assert!(rays > 0, "no ray goes through {} by {policy:?}", stage.name());
+    }
+}
+
+/// In tiles smaller and larger than what is traced at once, with every queue order and shadow.
+#[test]
+fn a_second_pass_over_the_tiles_allocates_nothing() {
+    let mut scene = scene();
+    for transparent in [false, true] {
+        scene.settings.transparent_shadows = transparent;
+        for (batch, capacity) in [(64, 4096), (4096, 4096), (1000, 64), (1000, 7)] {
+            for (sort, order) in
+                [(SortKey::None, QueueOrder::ReflectionFirst), (SortKey::Octant, QueueOrder::TransmissionFirst)]
+            {
+                check(&scene, Policy { batch, capacity, sort, order, ..Policy::default() });
+            }
+        }
+    }
+}
