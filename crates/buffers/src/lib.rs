@@ -6,11 +6,14 @@
 mod camera;
 mod distribution;
 mod environment;
+mod environment_map;
 mod ids;
 mod instances;
 mod lights;
 mod materials;
 mod settings;
+#[cfg(test)]
+mod statistics;
 mod textures;
 mod trees;
 mod validate;
@@ -18,9 +21,10 @@ mod validate;
 pub use camera::{Camera, Projection};
 pub use distribution::{Cell, Choice, Distribution, Distribution2d};
 pub use environment::Background;
+pub use environment_map::{EnvironmentMap, MapError, MapRows};
 pub use ids::{InstanceId, MaterialId, TextureId};
 pub use instances::{Instance, InstanceColumns, InstancesView, InstancesViewMut};
-pub use lights::{Illumination, Light, LightColumns, LightKind, LightsView, LightsViewMut};
+pub use lights::{Illumination, Light, LightColumns, LightKind, LightSample, LightsView, LightsViewMut};
 pub use materials::{
     Dielectric, DielectricColumns, DielectricsView, DielectricsViewMut, Emissive, EmissiveColumns, EmissivesView,
     EmissivesViewMut, Lambert, LambertColumns, LambertsView, LambertsViewMut, MaterialKind, MaterialRow,

@@ -46,6 +46,30 @@ pub struct Illumination {
     pub irradiance: Vec3,
 }
 
+/// A place of a light that was drawn to be asked for its light.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LightSample {
+    /// Unit direction toward it.
+    pub direction: Vec3,
+    /// How far a ray may go without meeting the light itself, in meters; infinite for what comes from afar.
+    pub distance: f32,
+    /// Radiance in nit; of a light without extent the irradiance on a plane that faces it, nothing in between.
+    pub radiance: Vec3,
+    /// Density per solid angle, above 0, with the probability of having chosen this light in it; of a light without extent
+    /// that probability alone.
+    pub pdf: f32,
+    /// Whether the light has no extent: no ray meets it by chance.
+    pub is_delta: bool,
+}
+
+impl LightSample {
+    /// Light with extent that comes from afar.
+    #[inline(always)]
+    pub(crate) fn distant(direction: Vec3, radiance: Vec3, pdf: f32) -> LightSample {
+        LightSample { direction, distance: f32::INFINITY, radiance, pdf, is_delta: false }
+    }
+}
+
 impl Light {
     /// The light as `point` sees it; black where the point is the light's own.
     #[inline(always)]

@@ -34,6 +34,8 @@ impl SceneBuffers {
         let background = match self.background {
             Background::Constant(color) => is_color(color),
             Background::Gradient { horizon, zenith, ground } => [horizon, zenith, ground].into_iter().all(is_color),
+            // A map is checked when it is made.
+            Background::Environment(_) => true,
         };
         require(background, || format!("the background is {:?}", self.background))?;
         require(can_be_met(&self.settings), || format!("settings cannot be met: {:?}", self.settings))

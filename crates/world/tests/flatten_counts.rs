@@ -251,10 +251,10 @@ fn lights_cameras_and_surroundings_are_written_when_they_change() {
     assert_eq!(scene.buffers().cameras[0].position, Vec3::X * 2.0);
 
     let night = brewster_buffers::Background::Constant(Vec3::splat(0.1));
-    scene.world_mut().insert_resource(Background(night));
+    scene.world_mut().insert_resource(Background(night.clone()));
     scene.world_mut().resource_mut::<Settings>().0.max_depth = 7;
     scene.flatten();
-    assert_eq!((scene.buffers().background, scene.buffers().settings.max_depth), (night, 7));
+    assert_eq!((&scene.buffers().background, scene.buffers().settings.max_depth), (&night, 7));
 }
 
 /// Many far moves make a refitted tree slow, and it is built anew; one move does not.

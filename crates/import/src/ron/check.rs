@@ -4,7 +4,7 @@
 use std::collections::HashSet;
 
 use brewster_world::components as world;
-use brewster_world::components::parts::{Affine, Background, TriangleMesh};
+use brewster_world::components::parts::{Affine, TriangleMesh};
 use glam::{Affine3A, DVec3, Vec2, Vec3, Vec3A};
 
 use crate::diagnostics::{Code, Diagnostic, Severity};
@@ -105,14 +105,10 @@ fn check_visibility(session: &mut Session, scene: &Scene, file: &str) {
     if !scene.rows.iter().any(|row| row.camera.is_some()) {
         warn("the scene has no camera", "it can be included, but no picture can be taken of it");
     }
-    let dark = match scene.background.0 {
-        Background::Constant(color) => color == Vec3::ZERO,
-        Background::Gradient { horizon, zenith, ground } => [horizon, zenith, ground] == [Vec3::ZERO; 3],
-    };
     let shines = |row: &Row| {
         row.light.is_some() || matches!(scene.part(row, |row| &row.material), Some(world::Material::Emissive { .. }))
     };
-    if dark && !scene.rows.iter().any(shines) {
+    if scene.background.0.is_black() && !scene.rows.iter().any(shines) {
         warn("nothing in the scene sends out light", "a light, an Emissive material or a background does");
     }
 }

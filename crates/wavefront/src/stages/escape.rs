@@ -7,7 +7,7 @@ use crate::queues::{Contribution, ContributionQueue, EscapedView};
 ///
 /// Reads: escaped rays and the background. Writes: contributions.
 pub fn escape(context: &Context<'_>, escaped: EscapedView<'_>, contributions: &mut ContributionQueue) {
-    let background = context.scene.background;
+    let background = &context.scene.background;
     for row in 0..escaped.len() {
         let ray = escaped.get(row);
         contributions

@@ -9,7 +9,7 @@ use crate::components::{Background, Settings};
 /// Copies the background.
 pub(super) fn flatten_background(background: Res<Background>, mut buffers: ResMut<Buffers>) {
     if background.is_changed() {
-        buffers.0.background = background.0;
+        buffers.0.background = background.0.clone();
     }
 }
 
