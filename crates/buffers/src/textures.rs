@@ -111,14 +111,16 @@ impl Texture {
 impl Image {
     /// Between the four nearest pixel centers; the picture repeats in both directions.
     fn bilinear(&self, uv: Vec2) -> Vec3 {
+        // What is beyond the comma; rounded to 1 just below a whole number.
+        let within = uv - uv.floor();
         let place = |x: f32, size: u32| {
-            let x = (x - x.floor()) * size as f32 - 0.5;
+            let x = x * size as f32 - 0.5;
             let low = x.floor();
             let index = |i: f32| (i as i64).rem_euclid(i64::from(size)) as usize;
             (index(low), index(low + 1.0), x - low)
         };
-        let (x0, x1, fx) = place(uv.x, self.width);
-        let (y0, y1, fy) = place(1.0 - uv.y, self.height);
+        let (x0, x1, fx) = place(within.x, self.width);
+        let (y0, y1, fy) = place(1.0 - within.y, self.height);
         let pixel = |x: usize, y: usize| Vec3::from_array(self.pixels[y * self.width as usize + x]);
         let top = pixel(x0, y0) * (1.0 - fx) + pixel(x1, y0) * fx;
         let bottom = pixel(x0, y1) * (1.0 - fx) + pixel(x1, y1) * fx;
@@ -153,6 +155,52 @@ mod tests {
             (0.0, 0.75, [0.5, 0.5, 0.0]),
         ] {
             assert_eq!(texture.evaluate(Vec2::new(u, v)).to_array(), expected, "({u}, {v})");
+        }
+    }
+
+    /// The picture at a place, by the definition in f64: pixel (i, j) has its center at u = (i + 1/2)/width, v = 1 - (j +
+    /// 1/2)/height; every pixel weighs by how near it is, none beyond one pixel.
+    fn by_definition(image: &Image, u: f64, v: f64) -> [f64; 3] {
+        let mut sum = [0.0; 3];
+        for (place, pixel) in image.pixels.iter().enumerate() {
+            let (column, row) = (place % image.width as usize, place / image.width as usize);
+            let weight = |x: f64, center: usize, size: u32| {
+                let away = x * f64::from(size) - (center as f64 + 0.5);
+                // To the nearest of the pixel's repetitions and, in pictures of one pixel, to the next as well.
+                let nearest = away - (away / f64::from(size)).round() * f64::from(size);
+                let near = |away: f64| (1.0 - away.abs()).max(0.0);
+                let others = if size == 1 { near(nearest - 1.0) + near(nearest + 1.0) } else { 0.0 };
+                near(nearest) + others
+            };
+            let weight = weight(u, column, image.width) * weight(1.0 - v, row, image.height);
+            for (sum, &channel) in sum.iter_mut().zip(pixel) {
+                *sum += weight * f64::from(channel);
+            }
+        }
+        sum
+    }
+
+    #[test]
+    fn an_image_is_bilinear_and_repeats_at_its_edges_and_far_from_them() {
+        let places = [
+            0.0, 0.1, 0.25, 0.333, 0.5, 0.75, 0.99999994, 1.0, 1.0000001, 1e-40, 1e-30, 1e-9, 7.3, 1000.7, 65535.996,
+            3000000.3, 1e9, 3e12,
+        ];
+        let places = places.into_iter().flat_map(|x| [x, -x]);
+        for (width, height) in [(1, 1), (2, 2), (4, 3), (3, 1), (1, 5), (64, 7)] {
+            let pixel = |i: u32| [(i % 5) as f32, (i * 7 % 11) as f32 / 11.0, 1.2 - (i * 3 % 8) as f32 / 8.0];
+            let image = Image { width, height, pixels: (0..width * height).map(pixel).collect() };
+            // u and 1 - v are rounded to 2^-24 of the picture's side, their products with the size to as much again; colors
+            // differ by at most 4 from pixel to pixel, and are weighted with four roundings.
+            let tolerance = 2f64.powi(-24) * 4.0 * f64::from(2 * width + 2 * height + 4);
+            for (u, v) in places.clone().flat_map(|u| places.clone().map(move |v| (u, v))) {
+                let found = image.bilinear(Vec2::new(u, v));
+                let expected = by_definition(&image, f64::from(u), f64::from(v));
+                for (found, expected) in found.to_array().into_iter().zip(expected) {
+                    let error = (f64::from(found) - expected).abs();
+                    assert!(error < tolerance, "{width}x{height} at ({u}, {v}): {found} instead of {expected}");
+                }
+            }
         }
     }
 }
