@@ -299,6 +299,7 @@ fn background(background: &Background, direction: Vec3) -> DVec3 {
             let end = if sine > 0.0 { zenith } else { ground };
             horizon.as_dvec3().lerp(end.as_dvec3(), sine.abs())
         }
+        Background::Environment(_) => panic!("the lecture has no pictures of surroundings"),
     }
 }
 
