@@ -1,1 +1,3 @@
-//! What the tests share.
+//! What the tests and the slow truths share.
+
+pub mod agreement;

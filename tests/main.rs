@@ -15,6 +15,7 @@ mod batches_agree;
 mod conservation;
 mod layers;
 mod memory_bounded;
+mod path_furnace;
 mod recursion;
 mod recursion_agrees;
 mod scene;

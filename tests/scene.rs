@@ -67,3 +67,8 @@ pub(crate) fn render_with(scene: &SceneBuffers, policy: Policy, threads: usize) 
 pub(crate) fn counts(stats: &Stats) -> Vec<[Counts; RaySource::ALL.len()]> {
     stats.depths.iter().map(|depth| depth.counts).collect()
 }
+
+/// The columns of a scene written in a test.
+pub(crate) fn parse(text: &str) -> SceneBuffers {
+    read(&folder().join("text.ron"), text)
+}

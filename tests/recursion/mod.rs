@@ -52,7 +52,7 @@ impl<'a> Recursion<'a> {
     pub(crate) fn pixel(&self, x: u32, y: u32) -> DVec3 {
         let size = self.scene.settings.resolution.as_vec2();
         let place = (Vec2::new(x as f32, y as f32) + 0.5) / size;
-        self.trace(self.scene.cameras[0].ray(place, size.x / size.y), &self.camera_media, 0, DVec3::ONE)
+        self.trace(self.scene.cameras[0].ray(place, size.x / size.y, Vec2::ZERO), &self.camera_media, 0, DVec3::ONE)
     }
 
     /// The radiance that arrives along a ray.

@@ -36,22 +36,24 @@ pub enum Projection {
 }
 
 impl Camera {
-    /// The ray of a pinhole camera through a place of the picture: `place` from (0, 0), the top left corner, to (1, 1);
-    /// `aspect` is width over height.
+    /// The ray through a place of the picture and a place of the lens: `place` from (0, 0), the top left corner, to (1, 1);
+    /// `aspect` is width over height; `lens` lies in the unit disk, in its middle for a pinhole.
     #[inline(always)]
-    pub fn ray(&self, place: Vec2, aspect: f32) -> Ray {
+    pub fn ray(&self, place: Vec2, aspect: f32, lens: Vec2) -> Ray {
         let x = (2.0 * place.x - 1.0) * aspect;
         let y = 1.0 - 2.0 * place.y;
-        match self.projection {
+        // The ray through the middle of the lens; its direction goes one meter forward.
+        let (origin, direction) = match self.projection {
             Projection::Perspective(tangent) => {
-                let direction = self.forward + self.right * (x * tangent) + self.up * (y * tangent);
-                Ray { origin: self.position, direction: direction / direction.dot(direction).sqrt() }
+                (self.position, self.forward + self.right * (x * tangent) + self.up * (y * tangent))
             }
             Projection::Orthographic(half_height) => {
-                let origin = self.position + self.right * (x * half_height) + self.up * (y * half_height);
-                Ray { origin, direction: self.forward }
+                (self.position + self.right * (x * half_height) + self.up * (y * half_height), self.forward)
             }
-        }
+        };
+        let aside = (self.right * lens.x + self.up * lens.y) * self.aperture_radius;
+        let direction = direction - aside / self.focus_distance;
+        Ray { origin: origin + aside, direction: direction / direction.dot(direction).sqrt() }
     }
 }
 
@@ -83,12 +85,30 @@ mod tests {
             (Vec2::new(1.0, 1.0), Vec3::new(2.0, -1.0, -1.0)),
             (Vec2::new(1.0, 0.5), Vec3::new(2.0, 0.0, -1.0)),
         ] {
-            let ray = perspective.ray(place, 2.0);
+            let ray = perspective.ray(place, 2.0, Vec2::ZERO);
             assert_eq!(ray.origin, perspective.position);
             assert!((ray.direction - toward.normalize()).length() < 1e-6, "{place}: {}", ray.direction);
         }
         let orthographic = camera(Projection::Orthographic(3.0));
-        let ray = orthographic.ray(Vec2::new(0.0, 1.0), 2.0);
+        let ray = orthographic.ray(Vec2::new(0.0, 1.0), 2.0, Vec2::ZERO);
         assert_eq!((ray.origin, ray.direction), (Vec3::new(-6.0, -2.0, 5.0), Vec3::NEG_Z));
+    }
+
+    #[test]
+    fn rays_through_any_place_of_the_lens_meet_in_the_plane_of_focus() {
+        let place = Vec2::new(0.8, 0.3);
+        for projection in [Projection::Perspective(0.7), Projection::Orthographic(2.0)] {
+            let lens = Camera { aperture_radius: 0.25, focus_distance: 4.0, ..camera(projection) };
+            let at_focus = |ray: Ray| ray.origin + ray.direction * (4.0 / ray.direction.dot(lens.forward));
+            let middle = lens.ray(place, 1.5, Vec2::ZERO);
+            let focus = middle.origin + middle.direction * (4.0 / middle.direction.dot(lens.forward));
+            for aside in [Vec2::X, Vec2::NEG_Y, Vec2::new(-0.6, 0.5)] {
+                let ray = lens.ray(place, 1.5, aside);
+                let start = (ray.origin - middle.origin) / 0.25;
+                assert!((start - Vec3::new(aside.x, aside.y, 0.0)).length() < 1e-5, "{start}");
+                assert!((at_focus(ray) - focus).length() < 1e-5, "{projection:?} {aside}");
+                assert!((ray.direction.length() - 1.0).abs() < 1e-6);
+            }
+        }
     }
 }

@@ -11,6 +11,8 @@
 
 use glam::Vec3;
 
+use crate::refraction;
+
 /// The density of a direction that only its own lobe can produce: mirrors, smooth glass.
 pub const DELTA: f32 = f32::INFINITY;
 
@@ -42,6 +44,26 @@ pub struct LobeSample {
     pub radiance_scale: f32,
 }
 
+/// Both ways on from a surface. What is `None` is lost between facets, absorbed or totally reflected.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LobeSplit {
+    /// The path that is reflected, with the weight that it has when both go on.
+    pub reflection: Option<LobeSample>,
+    /// The path that is transmitted, likewise.
+    pub transmission: Option<LobeSample>,
+    /// The probability with which [`LobeSplit::choose`] reflects.
+    pub reflectance: f32,
+}
+
+/// The weight of a technique that gives a direction with density `pdf`, where another gives it with density `other`: the
+/// power heuristic with exponent 2 of E. Veach and L. Guibas, *Optimally Combining Sampling Techniques*, SIGGRAPH 1995.
+/// 1 for a `pdf` of [`DELTA`].
+#[inline(always)]
+pub fn power_heuristic(pdf: f32, other: f32) -> f32 {
+    let ratio = other / pdf;
+    1.0 / (1.0 + ratio * ratio)
+}
+
 impl LobeValue {
     /// No light from there.
     pub const BLACK: LobeValue = LobeValue { f_cos: Vec3::ZERO, pdf: 0.0, choice: 1.0, radiance_scale: 1.0 };
@@ -54,6 +76,26 @@ impl LobeValue {
 }
 
 impl LobeSample {
+    /// The mirror image of the view.
+    #[inline(always)]
+    pub fn mirror(view: Vec3, weight: Vec3) -> LobeSample {
+        LobeSample { direction: Vec3::new(-view.x, -view.y, view.z), weight, pdf: DELTA, radiance_scale: 1.0 }
+    }
+
+    /// Straight through a sheet, with the same medium on both sides.
+    #[inline(always)]
+    pub fn straight(view: Vec3, weight: Vec3) -> LobeSample {
+        LobeSample { direction: -view, weight, pdf: DELTA, radiance_scale: 1.0 }
+    }
+
+    /// Through a smooth boundary; `cos_t` as of [`refraction::cos_t`].
+    #[inline(always)]
+    pub fn refracted(view: Vec3, cos_t: f32, [eta_i, eta_t]: [f32; 2], weight: Vec3) -> LobeSample {
+        let ratio = eta_i / eta_t;
+        let direction = refraction::refract_with_cosine(-view, Vec3::Z, cos_t, ratio);
+        LobeSample { direction, weight, pdf: DELTA, radiance_scale: ratio * ratio }
+    }
+
     /// Whether no other technique can produce this direction.
     #[inline(always)]
     pub fn is_delta(&self) -> bool {
@@ -70,6 +112,24 @@ impl LobeSample {
     #[inline(always)]
     pub fn chosen_with(self, choice: f32) -> LobeSample {
         LobeSample { weight: self.weight / choice, pdf: self.pdf * choice, ..self }
+    }
+}
+
+impl LobeSplit {
+    /// A surface that only reflects.
+    #[inline(always)]
+    pub fn opaque(reflection: Option<LobeSample>) -> LobeSplit {
+        LobeSplit { reflection, transmission: None, reflectance: 1.0 }
+    }
+
+    /// One of both ways: reflection where `u` lies below its probability.
+    #[inline(always)]
+    pub fn choose(self, u: f32) -> Option<LobeSample> {
+        if u < self.reflectance {
+            self.reflection.map(|sample| sample.chosen_with(self.reflectance))
+        } else {
+            self.transmission.map(|sample| sample.chosen_with(1.0 - self.reflectance))
+        }
     }
 }
 

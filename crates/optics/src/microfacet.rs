@@ -17,7 +17,7 @@ use core::f32::consts::{FRAC_1_PI, TAU};
 use brewster_lanes::math;
 use glam::{Vec2, Vec3};
 
-use crate::lobe::{DELTA, LobeSample, LobeValue, mean};
+use crate::lobe::{DELTA, LobeSample, LobeSplit, LobeValue, mean};
 use crate::refraction;
 
 /// Below this width in both directions a surface counts as smooth: its lobe spreads less than a tenth of a degree, and f32
@@ -47,17 +47,6 @@ pub struct RoughDielectric {
     pub eta_i: f32,
     /// The index beyond.
     pub eta_t: f32,
-}
-
-/// Both ways from one facet of a rough dielectric. What is `None` is lost between facets or totally reflected.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RoughSplit {
-    /// The path that is reflected, with the weight that it has when both go on.
-    pub reflection: Option<LobeSample>,
-    /// The path that is transmitted, likewise.
-    pub transmission: Option<LobeSample>,
-    /// The probability with which [`RoughSplit::choose`] reflects.
-    pub reflectance: f32,
 }
 
 impl Ggx {
@@ -215,17 +204,17 @@ impl RoughDielectric {
         LobeValue { f_cos, pdf, choice: 1.0 - mean(color), radiance_scale: self.radiance_scale() }
     }
 
-    /// Both ways from one facet, for a path that splits; [`RoughSplit::choose`] takes one.
+    /// Both ways from one facet, for a path that splits; [`LobeSplit::choose`] takes one.
     #[inline(always)]
-    pub fn split(&self, view: Vec3, u: Vec2, fresnel: impl Fn(f32) -> Vec3) -> RoughSplit {
-        let lost = RoughSplit { reflection: None, transmission: None, reflectance: 1.0 };
+    pub fn split(&self, view: Vec3, u: Vec2, fresnel: impl Fn(f32) -> Vec3) -> LobeSplit {
+        let lost = LobeSplit { reflection: None, transmission: None, reflectance: 1.0 };
         if view.z <= 0.0 {
             return lost;
         }
         let radiance_scale = self.radiance_scale();
         if self.is_matched() {
             let straight = LobeSample { direction: -view, weight: Vec3::ONE, pdf: DELTA, radiance_scale };
-            return RoughSplit { reflection: None, transmission: Some(straight), reflectance: 0.0 };
+            return LobeSplit { reflection: None, transmission: Some(straight), reflectance: 0.0 };
         }
         let m = self.facets.sample_visible_normal(view, u);
         let cos_i = view.dot(m);
@@ -240,7 +229,7 @@ impl RoughDielectric {
             let seen = direction.z < 0.0 && cos_t > 0.0;
             seen.then_some(LobeSample { direction, weight, pdf, radiance_scale })
         });
-        RoughSplit { reflection: self.facets.reflect(view, m, color), transmission, reflectance: mean(color) }
+        LobeSplit { reflection: self.facets.reflect(view, m, color), transmission, reflectance: mean(color) }
     }
 
     /// What a facet reflects, and the cosine of refraction unless that is all.
@@ -261,18 +250,6 @@ impl RoughDielectric {
     fn radiance_scale(&self) -> f32 {
         let ratio = self.eta_i / self.eta_t;
         ratio * ratio
-    }
-}
-
-impl RoughSplit {
-    /// One of both ways: reflection where `u` lies below its probability.
-    #[inline(always)]
-    pub fn choose(self, u: f32) -> Option<LobeSample> {
-        if u < self.reflectance {
-            self.reflection.map(|sample| sample.chosen_with(self.reflectance))
-        } else {
-            self.transmission.map(|sample| sample.chosen_with(1.0 - self.reflectance))
-        }
     }
 }
 
@@ -410,7 +387,7 @@ mod tests {
                 };
                 let name = format!("through: {through}, {glass:?} {view}");
                 let split = |u, _| {
-                    let RoughSplit { reflection, transmission, .. } = glass.split(view, u, fresnel);
+                    let LobeSplit { reflection, transmission, .. } = glass.split(view, u, fresnel);
                     (if through { transmission } else { reflection }).map(|sample| sample.direction)
                 };
                 test.check(&format!("split, {name}"), split, |light| value(light).pdf);

@@ -1,11 +1,14 @@
 //! What every stage of a render reads.
 
-use brewster_buffers::{Camera, SceneBuffers};
+use brewster_buffers::{Camera, Integrator, PixelFilter, SceneBuffers};
+use brewster_film::{Filter, FilterSampler};
 use brewster_geometry::SceneGeometry;
 use glam::Vec2;
 
-use crate::media::Medium;
+use crate::media::{MediaId, MediaStacks, Medium, media_around};
+use crate::pattern::pattern;
 use crate::policy::Policy;
+use crate::random::Sampler;
 
 /// What every stage of a render reads; shared by all workers, written by none.
 #[derive(Clone, Debug)]
@@ -18,8 +21,59 @@ pub struct Context<'a> {
     pub camera: &'a Camera,
     /// The media around the camera, the outermost first.
     pub camera_media: Vec<Medium>,
-    /// Where the samples lie around the center of every pixel, in pixels, by number of the sample.
+    /// The index of refraction around the camera.
+    pub camera_ior: f32,
+    /// Where `Whitted`'s samples lie around the center of every pixel, in pixels, by number of the sample.
     pub pattern: Vec<Vec2>,
+    /// Where `Path`'s random numbers come from.
+    pub sampler: Sampler,
+    /// How `Path`'s samples lie around their pixel.
+    pub filter: FilterSampler,
     /// How batches are scheduled.
     pub policy: Policy,
+}
+
+impl<'a> Context<'a> {
+    /// What a render of a scene through one of its cameras reads.
+    pub fn new(scene: &'a SceneBuffers, camera: &'a Camera, policy: Policy) -> Context<'a> {
+        let settings = &scene.settings;
+        let filter = FilterSampler::new(match settings.filter {
+            PixelFilter::Box => Filter::BOX,
+            PixelFilter::Tent => Filter::TENT,
+            PixelFilter::Gaussian => Filter::GAUSSIAN,
+            PixelFilter::BlackmanHarris => Filter::BLACKMAN_HARRIS,
+        })
+        .expect("the built-in filters are valid");
+        let camera_media = media_around(scene, camera.position, policy.level);
+        let dielectrics = scene.materials.dielectric.view();
+        let mut stacks = MediaStacks::default();
+        let around = stacks.enter_all(&camera_media, &dielectrics);
+        Context {
+            scene,
+            geometry: scene.geometry(),
+            camera,
+            camera_media,
+            camera_ior: stacks.filling(around).ior(&dielectrics),
+            pattern: match settings.integrator {
+                Integrator::Whitted => pattern(settings.samples, settings.seed, &filter),
+                Integrator::Path => Vec::new(),
+            },
+            sampler: Sampler::new(settings.sampler, settings.seed, settings.samples),
+            filter,
+            policy,
+        }
+    }
+
+    /// What radiance in a medium weighs at the camera beside the energy that a ray's weight counts: radiance over the squared
+    /// index is what boundaries pass on, so the factor is `(n_camera/n)²`. `Whitted` does without, as the lectures do.
+    #[inline(always)]
+    pub fn radiance_scale(&self, stacks: &MediaStacks, media: MediaId) -> f32 {
+        match self.scene.settings.integrator {
+            Integrator::Whitted => 1.0,
+            Integrator::Path => {
+                let ratio = self.camera_ior / stacks.filling(media).ior(&self.scene.materials.dielectric.view());
+                ratio * ratio
+            }
+        }
+    }
 }

@@ -6,14 +6,12 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Instant;
 
-use brewster_buffers::{Integrator, PixelFilter, SceneBuffers};
-use brewster_film::{Film, Filter, FilterSampler};
+use brewster_buffers::{Camera, Integrator, SceneBuffers};
+use brewster_film::Film;
 
 use crate::batch::Batch;
 use crate::context::Context;
-use crate::integrator::whitted;
-use crate::media::media_around;
-use crate::pattern::pattern;
+use crate::integrator::{path, whitted};
 use crate::policy::Policy;
 use crate::stats::{Recorder, Span, Stats};
 
@@ -22,12 +20,13 @@ use crate::stats::{Recorder, Span, Stats};
 pub enum Unsupported {
     /// There is no such camera; the number of cameras that the scene has.
     Camera(usize),
-    /// A lens with an aperture, which the integrator `Whitted` does not have.
-    Lens,
-    /// An integrator that is none.
-    Integrator(Integrator),
-    /// What no material of the lectures does, in words; the integrator `Path` renders it.
-    Material(&'static str),
+    /// Something that the integrator does not render.
+    Feature {
+        /// The scene's integrator.
+        integrator: Integrator,
+        /// What it is, in words.
+        what: &'static str,
+    },
     /// The pool of threads could not be started.
     Threads(String),
 }
@@ -37,12 +36,12 @@ impl fmt::Display for Unsupported {
         match self {
             Unsupported::Camera(0) => write!(f, "the scene has no camera"),
             Unsupported::Camera(count) => write!(f, "the scene has {count} cameras, not the one asked for"),
-            Unsupported::Lens => {
-                write!(f, "the integrator Whitted renders pinhole and orthographic cameras, not a lens")
-            }
-            Unsupported::Integrator(integrator) => write!(f, "the integrator {integrator:?} renders nothing"),
-            Unsupported::Material(what) => {
-                write!(f, "the integrator Whitted does not render {what}; `integrator: Path` does")
+            Unsupported::Feature { integrator, what } => {
+                let other = match integrator {
+                    Integrator::Whitted => Integrator::Path,
+                    Integrator::Path => Integrator::Whitted,
+                };
+                write!(f, "the integrator {integrator:?} does not render {what}; {other:?} does")
             }
             Unsupported::Threads(why) => write!(f, "cannot start the threads: {why}"),
         }
@@ -51,19 +50,27 @@ impl fmt::Display for Unsupported {
 
 impl std::error::Error for Unsupported {}
 
-/// What the integrator does not render.
-fn check_integrator(scene: &SceneBuffers) -> Result<(), Unsupported> {
-    if scene.settings.integrator == Integrator::Path {
-        return Err(Unsupported::Integrator(Integrator::Path));
-    }
+/// What the integrator does not render; the table at the head of [`integrator`](crate::integrator) says it in full.
+fn check_integrator(scene: &SceneBuffers, camera: &Camera) -> Result<(), Unsupported> {
     let (metal, dielectric) = (scene.materials.metal.view(), scene.materials.dielectric.view());
-    let cases = [
-        (!scene.materials.rough_diffuse.is_empty(), "rough diffuse materials"),
-        (metal.alpha.iter().any(|&alpha| alpha > 0.0), "rough metals"),
-        (dielectric.alpha.iter().any(|&alpha| alpha > 0.0), "rough dielectrics"),
-        (dielectric.thin.contains(&true), "thin dielectrics"),
-    ];
-    cases.into_iter().try_for_each(|(holds, what)| if holds { Err(Unsupported::Material(what)) } else { Ok(()) })
+    let cases = match scene.settings.integrator {
+        Integrator::Whitted => vec![
+            (camera.aperture_radius > 0.0, "a lens"),
+            (!scene.materials.rough_diffuse.is_empty(), "rough diffuse materials"),
+            (metal.alpha.iter().any(|&alpha| alpha > 0.0), "rough metals"),
+            (dielectric.alpha.iter().any(|&alpha| alpha > 0.0), "rough dielectrics"),
+            (dielectric.thin.contains(&true), "thin dielectrics"),
+        ],
+        Integrator::Path => vec![
+            (!scene.materials.phong.is_empty(), "Phong materials"),
+            (scene.settings.transparent_shadows, "transparent shadows"),
+        ],
+    };
+    let integrator = scene.settings.integrator;
+    cases
+        .into_iter()
+        .find(|(holds, _)| *holds)
+        .map_or(Ok(()), |(_, what)| Err(Unsupported::Feature { integrator, what }))
 }
 
 /// What a render and those who watch it tell each other, from any thread.
@@ -114,26 +121,16 @@ impl<'a> Renderer<'a> {
         timeline: bool,
     ) -> Result<Renderer<'a>, Unsupported> {
         let camera = scene.cameras.get(camera).ok_or(Unsupported::Camera(scene.cameras.len()))?;
-        if camera.aperture_radius > 0.0 {
-            return Err(Unsupported::Lens);
-        }
-        check_integrator(scene)?;
+        check_integrator(scene, camera)?;
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads(threads.max(1))
             .thread_name(|worker| format!("brewster-{worker}"))
             .build()
             .map_err(|error| Unsupported::Threads(error.to_string()))?;
-        let settings = &scene.settings;
         // Queues take the memory of their capacity: no more rays at once than the whole picture begins with.
+        let settings = &scene.settings;
         let camera_rays = settings.resolution.as_u64vec2().element_product() * u64::from(settings.samples);
         let policy = Policy { capacity: policy.capacity.min(camera_rays as usize).max(1), ..policy };
-        let filter = FilterSampler::new(match settings.filter {
-            PixelFilter::Box => Filter::BOX,
-            PixelFilter::Tent => Filter::TENT,
-            PixelFilter::Gaussian => Filter::GAUSSIAN,
-            PixelFilter::BlackmanHarris => Filter::BLACKMAN_HARRIS,
-        })
-        .expect("the built-in filters are valid");
         let epoch = Instant::now();
         let batches = (0..threads.max(1) as u32)
             .map(|worker| {
@@ -141,14 +138,7 @@ impl<'a> Renderer<'a> {
                 Batch::new(settings.max_depth, policy.capacity, recorder)
             })
             .collect();
-        let context = Context {
-            scene,
-            geometry: scene.geometry(),
-            camera,
-            camera_media: media_around(scene, camera.position, policy.level),
-            pattern: pattern(settings.samples, settings.seed, &filter),
-            policy,
-        };
+        let context = Context::new(scene, camera, policy);
         Ok(Renderer { context, batches, pool })
     }
 
@@ -157,7 +147,7 @@ impl<'a> Renderer<'a> {
     ///
     /// Samples are numbered from 0 to the scene's number of samples; panics beyond.
     pub fn pass(&mut self, samples: Range<u32>, film: &mut Film, control: &Control) -> bool {
-        assert!(samples.end as usize <= self.context.pattern.len(), "samples {samples:?} are not in the pattern");
+        assert!(samples.end <= self.context.scene.settings.samples, "samples {samples:?} are not in the scene's");
         let first = samples.start == 0;
         let pixels = (self.context.policy.batch / samples.len().max(1)).max(1);
         let tiles = Mutex::new(film.tiles_mut(pixels).into_iter());
@@ -169,7 +159,10 @@ impl<'a> Renderer<'a> {
                     while !(first && control.stopped()) {
                         let next = tiles.lock().expect("no holder of the lock can panic").next();
                         let Some(mut tile) = next else { break };
-                        whitted(context, samples.clone(), batch, &mut tile);
+                        match context.scene.settings.integrator {
+                            Integrator::Whitted => whitted(context, samples.clone(), batch, &mut tile),
+                            Integrator::Path => path(context, samples.clone(), batch, &mut tile),
+                        }
                         control.samples.fetch_add((tile.len() * samples.len()) as u64, Ordering::Relaxed);
                     }
                 });

@@ -4,6 +4,8 @@
 
 use std::time::{Duration, Instant};
 
+use brewster_buffers::Integrator;
+
 use crate::queues::RaySource;
 
 /// The stages of a bounce, in order; the only list of them.
@@ -36,6 +38,14 @@ pub enum Stage {
     ShadeDielectric,
     /// Shades hits on emissive surfaces.
     ShadeEmissive,
+    /// Scatters at Lambert materials.
+    ScatterLambert,
+    /// Scatters at rough diffuse materials.
+    ScatterRoughDiffuse,
+    /// Scatters at metals.
+    ScatterMetal,
+    /// Scatters at dielectrics.
+    ScatterDielectric,
     /// Tests rays toward lights.
     Shadow,
     /// Adds contributions to the film.
@@ -44,7 +54,7 @@ pub enum Stage {
 
 impl Stage {
     /// All stages.
-    pub const ALL: [Stage; 15] = [
+    pub const ALL: [Stage; 19] = [
         Stage::Generate,
         Stage::Order,
         Stage::Trace,
@@ -58,9 +68,26 @@ impl Stage {
         Stage::ShadeMetal,
         Stage::ShadeDielectric,
         Stage::ShadeEmissive,
+        Stage::ScatterLambert,
+        Stage::ScatterRoughDiffuse,
+        Stage::ScatterMetal,
+        Stage::ScatterDielectric,
         Stage::Shadow,
         Stage::Gather,
     ];
+
+    /// Whether an integrator has this stage.
+    pub fn runs_in(self, integrator: Integrator) -> bool {
+        match self {
+            Stage::ShadePhong | Stage::ShadeLambert | Stage::ShadeMetal | Stage::ShadeDielectric => {
+                integrator == Integrator::Whitted
+            }
+            Stage::ScatterLambert | Stage::ScatterRoughDiffuse | Stage::ScatterMetal | Stage::ScatterDielectric => {
+                integrator == Integrator::Path
+            }
+            _ => true,
+        }
+    }
 
     /// The name used in files, counters and reports: that of the function.
     pub fn name(self) -> &'static str {
@@ -78,6 +105,10 @@ impl Stage {
             Stage::ShadeMetal => "shade_metal",
             Stage::ShadeDielectric => "shade_dielectric",
             Stage::ShadeEmissive => "shade_emissive",
+            Stage::ScatterLambert => "scatter_lambert",
+            Stage::ScatterRoughDiffuse => "scatter_rough_diffuse",
+            Stage::ScatterMetal => "scatter_metal",
+            Stage::ScatterDielectric => "scatter_dielectric",
             Stage::Shadow => "shadow",
             Stage::Gather => "gather",
         }
@@ -107,6 +138,8 @@ pub struct Counts {
     pub cut_by_depth: u64,
     /// Reflections and transmissions not followed because their weight lies below the threshold.
     pub below_threshold: u64,
+    /// Paths ended by chance because they had become too weak; those that chance spared weigh more.
+    pub given_up: u64,
     /// Rays sent toward lights.
     pub shadow_rays: u64,
     /// Those that something stopped.
@@ -133,6 +166,7 @@ impl Counts {
         self.totally_reflected += other.totally_reflected;
         self.cut_by_depth += other.cut_by_depth;
         self.below_threshold += other.below_threshold;
+        self.given_up += other.given_up;
         self.shadow_rays += other.shadow_rays;
         self.shadowed += other.shadowed;
         self.shadow_segments += other.shadow_segments;

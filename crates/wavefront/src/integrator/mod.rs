@@ -1,24 +1,79 @@
 //! Integrators: which stages a bounce runs, in which order.
 //!
-//! **Depth.** A camera ray has depth 0. A ray's hit on a surface, with its direct light, is an interaction of the ray's depth;
-//! it sends reflections and transmissions of depth + 1 only while depth < `max_depth`. So `max_depth` is the number of
-//! interactions on a path that may scatter on: 0 shows direct light alone. Crossing a boundary that is none (inside a medium of
+//! **Depth.** A camera ray has depth 0. A ray's hit on a surface is an interaction of the ray's depth; it sends reflections
+//! and transmissions of depth + 1 only while depth < `max_depth`. So `max_depth` is the number of interactions on a path that
+//! may scatter on. `Whitted` lights the last interaction too: 0 shows direct light alone. To `Path`, what comes from a light is
+//! scattered on like all else: 0 shows emitters alone, 1 direct light. Crossing a boundary that is none (inside a medium of
 //! higher priority) is no interaction and leaves the depth as it is.
 //!
 //! What each integrator does with each thing a scene may hold:
 //!
-//! | | `Whitted` |
-//! | --- | --- |
-//! | Phong | ambient + albedo/π · N·L + highlight, shadow-tested |
-//! | Lambert | albedo/π · N·L, shadow-tested |
-//! | Metal | highlight · R_0, mirror image · F_r |
-//! | Dielectric | highlights · F_r or F_t; reflection · F_r and transmission · F_t; absorption inside |
-//! | Emissive | its radiance where a ray meets it; it lights nothing else |
-//! | point, spot, directional light | direct light and highlights |
-//! | ambient light | Phong's ambient term |
-//! | background | what escaped rays see |
-//! | thin lens | an error: this integrator takes pinhole and orthographic cameras |
+//! | | `Whitted` | `Path` |
+//! | --- | --- | --- |
+//! | Phong | ambient + albedo/π · N·L + highlight, shadow-tested | an error: it is no physical material |
+//! | Lambert | albedo/π · N·L, shadow-tested | the same, and light from everywhere else |
+//! | RoughDiffuse | an error | EON |
+//! | Metal | highlight · R_0, mirror image · F_r | smooth or GGX; no highlight |
+//! | Dielectric | highlights · F_r or F_t; reflection · F_r and transmission · F_t; absorption inside | smooth, GGX or thin; F_r and F_t by chance, above `split_depth` both; absorption inside; radiance over the squared index is what crosses |
+//! | Emissive | its radiance where a ray meets it; it lights nothing else | lights whatever sees it |
+//! | point, spot, directional light | direct light and highlights | direct light, on what is not smooth |
+//! | ambient light | Phong's ambient term | nothing: it is for Phong alone |
+//! | background | what escaped rays see | lights whatever sees it |
+//! | transparent shadows | shadow rays pass dielectrics, straight | an error: paths find what they should |
+//! | thin lens | an error: this integrator takes pinhole and orthographic cameras | a lens |
 
+mod path;
 mod whitted;
 
+pub use path::path;
 pub use whitted::whitted;
+
+use std::ops::Range;
+
+use brewster_film::FilmTile;
+
+use crate::batch::Batch;
+use crate::context::Context;
+use crate::queues::RaySource;
+use crate::stages::shade::shade_emissive;
+use crate::stages::{absorb, cross, escape, gather, generate, order, record, sort, trace};
+use crate::stats::Stage;
+
+/// Makes the camera rays of some samples of every pixel of a tile.
+fn begin(context: &Context<'_>, samples: Range<u32>, batch: &mut Batch, tile: &mut FilmTile<'_>) {
+    let Batch { levels, stacks, recorder, .. } = batch;
+    stacks.reset();
+    let around = stacks.enter_all(&context.camera_media, &context.scene.materials.dielectric.view());
+    recorder.stage((Stage::Generate, 0, RaySource::Primary), tile.len() * samples.len(), |_| {
+        generate(context, samples, around, tile, &mut levels.primary);
+    });
+}
+
+/// Takes the rays that go next to what they meet: escaped ones get the background, those that meet light its radiance; the
+/// others' hits are left sorted by kind of material. Tells the rays' depth and queue; nothing when no ray waits.
+fn meet(context: &Context<'_>, batch: &mut Batch, tile: &mut FilmTile<'_>) -> Option<(u32, RaySource)> {
+    let Batch { levels, rays, ordered, hits, sorted, contributions, stacks, recorder, .. } = batch;
+    let (depth, source) = levels.take(context.policy.order, rays)?;
+    let at = |stage| (stage, depth, source);
+    recorder.stage(at(Stage::Order), rays.len(), |_| order(context.policy.sort, rays, ordered));
+    recorder.stage(at(Stage::Trace), rays.len(), |_| trace(context, rays.view(), hits, tile));
+    recorder.stage(at(Stage::Absorb), rays.len(), |_| absorb(context, stacks, hits.view(), rays.view_mut()));
+    recorder.stage(at(Stage::Sort), rays.len(), |counts| {
+        sort(context, rays.view(), hits.view(), stacks, sorted, counts);
+    });
+    let rays = rays.view();
+    recorder.stage(at(Stage::Cross), sorted.crossings.len(), |_| {
+        cross(rays, sorted.crossings.view(), &mut levels.at(depth).0.transmission);
+    });
+    if depth == 0 {
+        recorder.stage(at(Stage::Record), sorted.hits(), |_| sorted.each(|hits| record(context, rays, hits, tile)));
+    }
+    recorder.stage(at(Stage::Escape), sorted.escaped.len(), |_| {
+        escape(context, rays, sorted.escaped.view(), stacks, contributions);
+    });
+    recorder.stage(at(Stage::ShadeEmissive), sorted.emissive.len(), |_| {
+        shade_emissive(context, rays, &sorted.emissive.view(), stacks, contributions);
+    });
+    recorder.stage(at(Stage::Gather), contributions.len(), |_| gather(contributions, tile));
+    Some((depth, source))
+}

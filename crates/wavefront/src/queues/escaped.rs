@@ -1,17 +1,12 @@
 //! The escaped queue: rays that met nothing.
 
 use brewster_lanes::columns;
-use glam::Vec3;
 
 columns! {
     /// A ray that met nothing.
     pub struct Escaped => EscapedColumns, EscapedView, EscapedViewMut {
-        /// Unit direction.
-        pub direction: Vec3,
-        /// What a unit of radiance along it adds to the pixel's sample.
-        pub weight: Vec3,
-        /// The pixel's place in the batch's tile.
-        pub pixel: u32,
+        /// The ray's row among those traced.
+        pub ray: u32,
     }
 }
 

@@ -15,6 +15,8 @@ columns! {
         pub ray: u32,
         /// The instance that was hit.
         pub instance: u32,
+        /// The triangle or the face.
+        pub primitive: u32,
         /// Row among the materials of the kind.
         pub material: u32,
         /// The surface there.
@@ -118,6 +120,8 @@ kinds! {
     OnPhong PhongHits;
     /// Hits on Lambert materials.
     OnLambert LambertHits;
+    /// Hits on rough diffuse materials.
+    OnRoughDiffuse RoughDiffuseHits;
     /// Hits on metals.
     OnMetal MetalHits;
     /// Hits on boundaries of dielectrics.

@@ -121,6 +121,7 @@ mod tests {
         direction_y: 0.0,
         direction_z: 1.0,
         weight: glam::Vec3::ONE,
+        pdf: f32::INFINITY,
         pixel: 0,
         sample: 0,
         media: MediaId::VACUUM,

@@ -3,13 +3,13 @@
 //!
 //! | queue | filled by | drained by | bytes a row |
 //! | --- | --- | --- | --- |
-//! | [`PrimaryQueue`] | `generate` | `trace`, depth 0 | 52 |
-//! | [`ReflectionQueue`] | `shade_metal`, `shade_dielectric` | `trace`, one depth on | 52 |
-//! | [`TransmissionQueue`] | `shade_dielectric`; `cross` at the same depth | `trace`, one depth on | 52 |
-//! | [`HitQueue`], one a material kind | `sort` | `shade_*`, after `record` has read it at depth 0 | 60 |
+//! | [`PrimaryQueue`] | `generate` | `trace`, depth 0 | 56 |
+//! | [`ReflectionQueue`] | `shade_metal`, `shade_dielectric`, `scatter_*` | `trace`, one depth on | 56 |
+//! | [`TransmissionQueue`] | `shade_dielectric`, `scatter_dielectric`; `cross` at the same depth | `trace`, one depth on | 56 |
+//! | [`HitQueue`], one a material kind | `sort` | `shade_*`, `scatter_*`, after `record` has read it at depth 0 | 64 |
 //! | [`CrossingQueue`] | `sort` | `cross` | 20 |
-//! | [`EscapedQueue`] | `sort` | `escape` | 28 |
-//! | [`ShadowQueue`] | `shade_*` | `shadow` | 48 |
+//! | [`EscapedQueue`] | `sort` | `escape` | 4 |
+//! | [`ShadowQueue`] | `shade_*`, `scatter_*` | `shadow` | 48 |
 //! | [`ContributionQueue`] | `escape`, `shade_*`, `shadow` | `gather` | 16 |
 //!
 //! A batch owns one of each and reuses their memory. A ray in flight takes one row of one queue between bounces, and during
@@ -41,8 +41,8 @@ pub use contributions::{
 pub use escaped::{Escaped, EscapedColumns, EscapedQueue, EscapedView, EscapedViewMut};
 pub use hits::{
     Crossing, CrossingColumns, CrossingQueue, CrossingsView, CrossingsViewMut, DielectricHits, EmissiveHits, HitQueue,
-    HitsOf, LambertHits, MetalHits, OnDielectric, OnEmissive, OnLambert, OnMetal, OnPhong, PhongHits, SurfaceHit,
-    SurfaceHitColumns, SurfaceHitsView, SurfaceHitsViewMut,
+    HitsOf, LambertHits, MetalHits, OnDielectric, OnEmissive, OnLambert, OnMetal, OnPhong, OnRoughDiffuse, PhongHits,
+    RoughDiffuseHits, SurfaceHit, SurfaceHitColumns, SurfaceHitsView, SurfaceHitsViewMut,
 };
 pub use levels::{DepthQueues, Levels};
 pub use primary::PrimaryQueue;

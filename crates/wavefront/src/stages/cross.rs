@@ -1,10 +1,12 @@
 //! Lets rays cross boundaries that are none.
 
 use brewster_geometry::Ray;
+use brewster_optics::lobe::DELTA;
 
 use crate::queues::{CrossingsView, PathRay, PathRaysView, TransmissionQueue};
 
-/// Sends rays on, straight, with the media behind the boundary. It is no interaction: the depth stays.
+/// Sends rays on, straight, with the media behind the boundary. It is no interaction: the depth stays. But it stops shadow
+/// rays, so that what lies behind is lit by no other technique.
 ///
 /// Reads: rays and crossings. Writes: the transmission queue of the same depth.
 pub fn cross(rays: PathRaysView<'_>, crossings: CrossingsView<'_>, transmission: &mut TransmissionQueue) {
@@ -12,6 +14,6 @@ pub fn cross(rays: PathRaysView<'_>, crossings: CrossingsView<'_>, transmission:
         let crossing = crossings.get(row);
         let ray = rays.get(crossing.ray as usize);
         let onward = Ray { origin: crossing.origin, direction: ray.ray().direction };
-        transmission.push(PathRay { media: crossing.media, ..ray.along(onward) });
+        transmission.push(PathRay { media: crossing.media, pdf: DELTA, ..ray.along(onward) });
     }
 }

@@ -1,16 +1,28 @@
 //! Gives escaped rays the background.
 
-use crate::context::Context;
-use crate::queues::{Contribution, ContributionQueue, EscapedView};
+use brewster_optics::lobe::{DELTA, power_heuristic};
 
-/// Gives each escaped ray the background's radiance.
+use crate::context::Context;
+use crate::media::MediaStacks;
+use crate::queues::{Contribution, ContributionQueue, EscapedView, PathRaysView};
+
+/// Gives each escaped ray the background's radiance, of which shadow rays bring the part that they find better.
 ///
-/// Reads: escaped rays and the background. Writes: contributions.
-pub fn escape(context: &Context<'_>, escaped: EscapedView<'_>, contributions: &mut ContributionQueue) {
+/// Reads: rays, escaped rays and the background. Writes: contributions.
+pub fn escape(
+    context: &Context<'_>,
+    rays: PathRaysView<'_>,
+    escaped: EscapedView<'_>,
+    stacks: &MediaStacks,
+    contributions: &mut ContributionQueue,
+) {
     let background = &context.scene.background;
-    for row in 0..escaped.len() {
-        let ray = escaped.get(row);
-        contributions
-            .push(Contribution { radiance: ray.weight * background.radiance(ray.direction), pixel: ray.pixel });
+    for &row in escaped.ray {
+        let ray = rays.get(row as usize);
+        let direction = ray.ray().direction;
+        let share = if ray.pdf == DELTA { 1.0 } else { power_heuristic(ray.pdf, background.pdf(direction)) };
+        let scale = share * context.radiance_scale(stacks, ray.media);
+        let radiance = ray.weight * background.radiance(direction) * scale;
+        contributions.push(Contribution { radiance, pixel: ray.pixel });
     }
 }

@@ -2,16 +2,20 @@
 
 use std::ops::Range;
 
+use brewster_buffers::Integrator;
 use brewster_film::FilmTile;
+use brewster_optics::lobe::DELTA;
+use brewster_optics::warp;
 use glam::{Vec2, Vec3};
 
 use crate::context::Context;
 use crate::media::MediaId;
 use crate::queues::{PathRay, PrimaryQueue};
+use crate::random::{Decision, PixelKey};
 
 /// Makes the rays of some samples of every pixel of a tile; those of one pixel are neighbors.
 ///
-/// Reads: the camera and the sample pattern. Writes: the primary queue and the film's number of samples.
+/// Reads: the camera, and the sample pattern or random numbers. Writes: the primary queue and the film's number of samples.
 pub fn generate(
     context: &Context<'_>,
     samples: Range<u32>,
@@ -26,8 +30,11 @@ pub fn generate(
         let (x, y) = tile.pixel(pixel);
         let center = Vec2::new(x as f32 + 0.5, y as f32 + 0.5);
         for sample in samples.clone() {
-            let place = (center + context.pattern[sample as usize]) / resolution;
-            let ray = context.camera.ray(place, aspect);
+            let (offset, lens) = match context.scene.settings.integrator {
+                Integrator::Whitted => (context.pattern[sample as usize], Vec2::ZERO),
+                Integrator::Path => random_place(context, PixelKey::new(x, y), sample),
+            };
+            let ray = context.camera.ray((center + offset) / resolution, aspect, lens);
             tile.add_sample(pixel);
             primary.push(PathRay {
                 origin_x: ray.origin.x,
@@ -37,6 +44,7 @@ pub fn generate(
                 direction_y: ray.direction.y,
                 direction_z: ray.direction.z,
                 weight: Vec3::ONE,
+                pdf: DELTA,
                 pixel,
                 sample,
                 media,
@@ -44,4 +52,16 @@ pub fn generate(
             });
         }
     }
+}
+
+/// Where a sample lies around the pixel's center, in pixels, and on the lens, of radius 1.
+#[inline(always)]
+fn random_place(context: &Context<'_>, pixel: PixelKey, sample: u32) -> (Vec2, Vec2) {
+    let stream = context.sampler.stream(pixel, sample, 1);
+    let camera = Decision::Camera.at(0);
+    if context.camera.aperture_radius == 0.0 {
+        return (Vec2::from_array(context.filter.sample(context.sampler.pair(stream, camera))), Vec2::ZERO);
+    }
+    let [x, y, u, v] = context.sampler.four(stream, camera);
+    (Vec2::from_array(context.filter.sample([x, y])), warp::disk(Vec2::new(u, v)))
 }

@@ -10,6 +10,7 @@ mod gather;
 mod generate;
 mod order;
 mod record;
+pub mod scatter;
 pub mod shade;
 mod shadow;
 mod sort;

@@ -2,13 +2,12 @@
 
 use brewster_buffers::MaterialKind;
 use brewster_geometry::{HitsView, offset_origin, surface};
-use glam::Vec3;
 
 use crate::context::Context;
 use crate::media::{MediaStacks, Medium};
 use crate::queues::{
     Crossing, CrossingQueue, DielectricHits, EmissiveHits, Escaped, EscapedQueue, LambertHits, MetalHits, PathRaysView,
-    PhongHits, SurfaceHit, SurfaceHitColumns, SurfaceHitsView,
+    PhongHits, RoughDiffuseHits, SurfaceHit, SurfaceHitColumns, SurfaceHitsView,
 };
 use crate::stats::Counts;
 
@@ -23,6 +22,8 @@ pub struct SortedHits {
     pub phong: PhongHits,
     /// Hits on Lambert materials.
     pub lambert: LambertHits,
+    /// Hits on rough diffuse materials.
+    pub rough_diffuse: RoughDiffuseHits,
     /// Hits on metals.
     pub metal: MetalHits,
     /// Hits on dielectrics.
@@ -38,6 +39,7 @@ impl SortedHits {
         self.crossings.clear();
         self.phong.clear();
         self.lambert.clear();
+        self.rough_diffuse.clear();
         self.metal.clear();
         self.dielectric.clear();
         self.emissive.clear();
@@ -47,6 +49,7 @@ impl SortedHits {
     pub fn each(&self, mut run: impl FnMut(SurfaceHitsView<'_>)) {
         run(self.phong.view().columns());
         run(self.lambert.view().columns());
+        run(self.rough_diffuse.view().columns());
         run(self.metal.view().columns());
         run(self.dielectric.view().columns());
         run(self.emissive.view().columns());
@@ -56,6 +59,7 @@ impl SortedHits {
     pub fn bytes(&self) -> usize {
         let kinds = self.phong.capacity()
             + self.lambert.capacity()
+            + self.rough_diffuse.capacity()
             + self.metal.capacity()
             + self.dielectric.capacity()
             + self.emissive.capacity();
@@ -66,7 +70,12 @@ impl SortedHits {
 
     /// Hits on surfaces.
     pub fn hits(&self) -> usize {
-        self.phong.len() + self.lambert.len() + self.metal.len() + self.dielectric.len() + self.emissive.len()
+        self.phong.len()
+            + self.lambert.len()
+            + self.rough_diffuse.len()
+            + self.metal.len()
+            + self.dielectric.len()
+            + self.emissive.len()
     }
 }
 
@@ -91,13 +100,12 @@ pub fn sort(
         let hit = hits.get(row);
         let ray = rays.get(row);
         if hit.is_miss() {
-            let direction = Vec3::new(ray.direction_x, ray.direction_y, ray.direction_z);
-            sorted.escaped.push(Escaped { direction, weight: ray.weight, pixel: ray.pixel });
+            sorted.escaped.push(Escaped { ray: row as u32 });
             continue;
         }
         let material = materials.get(instances.material[hit.instance as usize].0 as usize);
         let point = surface(&context.geometry, &ray.ray(), &hit);
-        if material.kind == MaterialKind::Dielectric {
+        if material.kind == MaterialKind::Dielectric && !dielectrics.thin[material.row as usize] {
             let direction = ray.ray().direction;
             let inward = direction.dot(point.geometric_normal) < 0.0;
             let boundary = stacks.boundary(ray.media, Medium(material.row), inward, &dielectrics);
@@ -110,11 +118,17 @@ pub fn sort(
                 continue;
             }
         }
-        let hit = SurfaceHit { ray: row as u32, instance: hit.instance, material: material.row, point };
+        let hit = SurfaceHit {
+            ray: row as u32,
+            instance: hit.instance,
+            primitive: hit.primitive,
+            material: material.row,
+            point,
+        };
         match material.kind {
             MaterialKind::Phong => sorted.phong.push(hit),
             MaterialKind::Lambert => sorted.lambert.push(hit),
-            MaterialKind::RoughDiffuse => unreachable!("no integrator takes it"),
+            MaterialKind::RoughDiffuse => sorted.rough_diffuse.push(hit),
             MaterialKind::Metal => sorted.metal.push(hit),
             MaterialKind::Dielectric => sorted.dielectric.push(hit),
             MaterialKind::Emissive => sorted.emissive.push(hit),

@@ -95,7 +95,7 @@ fn send_shadow_ray(
 
 /// The two normals of a hit, turned to the side that the ray came from.
 #[inline(always)]
-fn facing_normals(hit: &SurfaceHit, direction: Vec3) -> (Vec3, Vec3) {
+pub(crate) fn facing_normals(hit: &SurfaceHit, direction: Vec3) -> (Vec3, Vec3) {
     let face = |normal: Vec3| if direction.dot(normal) < 0.0 { normal } else { -normal };
     (face(hit.point.geometric_normal), face(hit.point.shading_normal))
 }

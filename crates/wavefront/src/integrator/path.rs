@@ -1,0 +1,45 @@
+//! Unbiased path tracing with light sampling, as queues.
+
+use std::ops::Range;
+
+use brewster_film::FilmTile;
+
+use super::{begin, meet};
+use crate::batch::Batch;
+use crate::context::Context;
+use crate::stages::scatter::{Onward, SHADOW_RAYS, scatter};
+use crate::stages::{gather, shadow};
+use crate::stats::Stage;
+
+/// Follows some samples of every pixel of a tile to their ends, one bounce at a time.
+pub fn path(context: &Context<'_>, samples: Range<u32>, batch: &mut Batch, tile: &mut FilmTile<'_>) {
+    begin(context, samples, batch, tile);
+    // Hits scatter in runs, so that the shadow queue stays within its capacity.
+    let run = (context.policy.capacity / SHADOW_RAYS).max(1);
+    batch.shadows.reserve(run * SHADOW_RAYS);
+    while let Some((depth, source)) = meet(context, batch, tile) {
+        let Batch { levels, rays, sorted, shadows, scratch, contributions, stacks, recorder, .. } = batch;
+        let at = |stage| (stage, depth, source);
+        let rays = rays.view();
+        let (_, mut next) = levels.at(depth);
+        macro_rules! scatter {
+            ($stage:expr, $hits:expr) => {
+                for start in (0..$hits.len()).step_by(run) {
+                    let hits = $hits.view().run(start, run);
+                    recorder.stage(at($stage), hits.columns().len(), |counts| {
+                        let mut onward = Onward { depth, next: next.as_deref_mut(), shadows, stacks };
+                        scatter(context, rays, &hits, tile, &mut onward, counts);
+                    });
+                    recorder.stage(at(Stage::Shadow), shadows.len(), |counts| {
+                        shadow(context, shadows, stacks, scratch, contributions, tile, counts);
+                    });
+                    recorder.stage(at(Stage::Gather), contributions.len(), |_| gather(contributions, tile));
+                }
+            };
+        }
+        scatter!(Stage::ScatterLambert, sorted.lambert);
+        scatter!(Stage::ScatterRoughDiffuse, sorted.rough_diffuse);
+        scatter!(Stage::ScatterMetal, sorted.metal);
+        scatter!(Stage::ScatterDielectric, sorted.dielectric);
+    }
+}

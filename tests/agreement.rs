@@ -1,0 +1,207 @@
+//! How a scene's picture agrees with one that Mitsuba 3 made of the same scene.
+//!
+//! Both pictures are averaged over blocks of 8 by 8 pixels. For each block and channel z is the difference over its standard
+//! error; theirs is stored with the picture, ours comes from the spread of independent seeds. All |z| stay below the bound
+//! that a set of so many exceeds by chance once in a hundred times (Bonferroni), and the means of the whole pictures differ by
+//! less than 0.3 %. A block that Mitsuba knows exactly agrees within 10⁻⁴ of itself.
+//!
+//! The scenes and pictures are in `tests/references`.
+
+use std::path::{Path, PathBuf};
+
+use brewster_buffers::{SamplerKind, SceneBuffers};
+use brewster_film::{Film, PixelOrder};
+use brewster_import::Importer;
+use brewster_wavefront::{Control, Policy, Renderer};
+use brewster_world::Scene;
+use exr::prelude::{ReadChannels, ReadLayers, read};
+
+/// The scenes.
+pub const REFERENCES: [&str; 10] = [
+    "absorbing-glass",
+    "diffuse-box",
+    "glass-knot",
+    "glass-on-checker",
+    "glass-rough",
+    "many-lights",
+    "metals-rough",
+    "metals-smooth",
+    "punctual-lights",
+    "slab-stack",
+];
+
+/// Width and height of a block in pixels.
+const BLOCK: usize = 8;
+
+/// How often a faultless tracer fails.
+const FALSE_ALARMS: f64 = 0.01;
+
+/// A comparison.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Agreement {
+    /// The largest |z| of a block and channel.
+    pub worst: f64,
+    /// What it must stay below.
+    pub bound: f64,
+    /// Difference of the mean over the whole picture, as a part of it.
+    pub mean: f64,
+    /// The middle, over blocks, of our standard error over Mitsuba's.
+    pub error_ratio: f64,
+    /// Blocks that Mitsuba knows exactly and that differ.
+    pub exact_differ: usize,
+}
+
+impl Agreement {
+    /// Whether the pictures agree.
+    pub fn holds(&self) -> bool {
+        self.worst < self.bound && self.mean.abs() < 0.003 && self.exact_differ == 0
+    }
+}
+
+/// The folder of the references.
+pub fn folder() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("references")
+}
+
+/// The columns of a reference scene; panics if it is not whole.
+pub fn load(name: &str) -> SceneBuffers {
+    let path = folder().join(name).with_extension("ron");
+    let text = std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+    let loaded = Importer::default().load_text(&path, &text).unwrap_or_else(|failure| panic!("{failure}"));
+    let mut scene = Scene::new();
+    loaded.scene.apply(scene.world_mut());
+    let report = scene.flatten();
+    assert!(report.invalid.is_empty(), "{}: {:?}", path.display(), report.invalid);
+    scene.buffers().clone()
+}
+
+/// Means over blocks, channel after channel within a block.
+type Blocks = Vec<f64>;
+
+/// Averages over blocks; `value` gives a pixel's three channels.
+fn blocks([width, height]: [usize; 2], value: impl Fn(usize, usize) -> [f64; 3]) -> Blocks {
+    let mut means = Vec::with_capacity(3 * width * height / (BLOCK * BLOCK));
+    for top in (0..height).step_by(BLOCK) {
+        for left in (0..width).step_by(BLOCK) {
+            let mut sum = [0.0; 3];
+            for (x, y) in (0..BLOCK * BLOCK).map(|i| (left + i % BLOCK, top + i / BLOCK)) {
+                let value = value(x, y);
+                (0..3).for_each(|channel| sum[channel] += value[channel]);
+            }
+            means.extend(sum.map(|sum| sum / (BLOCK * BLOCK) as f64));
+        }
+    }
+    means
+}
+
+/// Mitsuba's picture: means over blocks and their standard errors.
+fn reference(name: &str) -> ([usize; 2], Blocks, Blocks) {
+    let path = folder().join(name).with_extension("exr");
+    let image = read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .all_channels()
+        .first_valid_layer()
+        .all_attributes()
+        .from_file(&path)
+        .unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+    let layer = &image.layer_data;
+    let size = [layer.size.0, layer.size.1];
+    assert!(size.iter().all(|side| side % BLOCK == 0), "{name} has no whole blocks");
+    let channel = |name: &str| {
+        let channel = layer.channel_data.list.iter().find(|channel| channel.name.eq(name));
+        channel.unwrap_or_else(|| panic!("{} has no channel {name}", path.display()))
+    };
+    let color = ["R", "G", "B"].map(channel);
+    let error = ["se.R", "se.G", "se.B"].map(channel);
+    let at = |channel: &exr::prelude::AnyChannel<exr::prelude::FlatSamples>, x: usize, y: usize| {
+        f64::from(channel.sample_data.value_by_flat_index(y * size[0] + x).to_f32())
+    };
+    let means = blocks(size, |x, y| color.map(|channel| at(channel, x, y)));
+    // The error of a mean of n pixels is the root of the mean square error over n.
+    let squares = blocks(size, |x, y| error.map(|channel| at(channel, x, y).powi(2)));
+    let errors = squares.iter().map(|square| (square / (BLOCK * BLOCK) as f64).sqrt()).collect();
+    (size, means, errors)
+}
+
+/// Our picture with one seed.
+fn ours(scene: &SceneBuffers, threads: usize) -> Blocks {
+    let size = scene.settings.resolution;
+    let mut film = Film::new(PixelOrder::new(size.x, size.y, None).expect("a small picture"));
+    let mut renderer = Renderer::new(scene, 0, threads, Policy::default(), false).expect("the scene can be rendered");
+    assert!(renderer.pass(0..scene.settings.samples, &mut film, &Control::default()));
+    assert_eq!((film.rejected(), film.saturated()), (0, 0), "light that is no number");
+    let picture = film.resolve();
+    let width = size.x as usize;
+    blocks([width, size.y as usize], |x, y| picture.pixels.get(y * width + x).color.map(f64::from))
+}
+
+/// Renders a reference scene with `seeds` seeds of `samples` samples a pixel each, and compares.
+pub fn agreement(name: &str, seeds: u64, samples: u32, threads: usize) -> Agreement {
+    let mut scene = load(name);
+    let (size, theirs, their_errors) = reference(name);
+    assert_eq!(scene.settings.resolution.as_usizevec2().to_array(), size, "{name}");
+    scene.settings.samples = samples;
+    scene.settings.sampler = SamplerKind::Independent;
+    let mut sums = vec![[0.0; 2]; theirs.len()];
+    for seed in 0..seeds {
+        scene.settings.seed = seed;
+        for ([sum, squares], value) in sums.iter_mut().zip(ours(&scene, threads)) {
+            *sum += value;
+            *squares += value * value;
+        }
+    }
+    let seeds = seeds as f64;
+    let (mut worst, mut exact_differ, mut ratios) = (0.0f64, 0, Vec::new());
+    let (mut our_sum, mut their_sum) = (0.0, 0.0);
+    for (([sum, squares], &their), &their_error) in sums.iter().zip(&theirs).zip(&their_errors) {
+        let our = sum / seeds;
+        let our_error = ((squares / seeds - our * our).max(0.0) / (seeds - 1.0)).sqrt();
+        our_sum += our;
+        their_sum += their;
+        if their_error == 0.0 {
+            exact_differ += usize::from((our - their).abs() > (1e-4 * their).max(1e-6));
+            continue;
+        }
+        worst = worst.max((our - their).abs() / our_error.hypot(their_error));
+        ratios.push(our_error / their_error);
+    }
+    ratios.sort_by(f64::total_cmp);
+    let bound = normal_quantile(1.0 - 0.5 * FALSE_ALARMS / theirs.len() as f64);
+    let error_ratio = ratios.get(ratios.len() / 2).copied().unwrap_or(0.0);
+    Agreement { worst, bound, mean: our_sum / their_sum - 1.0, error_ratio, exact_differ }
+}
+
+/// The number below which a standard normal variable lies with a probability in ½..1: by bisection of the tail's continued
+/// fraction (Abramowitz and Stegun 26.2.14).
+fn normal_quantile(probability: f64) -> f64 {
+    let tail = |x: f64| {
+        let fraction = (1..60).rev().fold(0.0, |fraction, n| f64::from(n) / (x + fraction));
+        (-0.5 * x * x).exp() / (std::f64::consts::TAU.sqrt() * (x + fraction))
+    };
+    let (mut low, mut high) = (1.0, 10.0);
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if tail(middle) > 1.0 - probability { low = middle } else { high = middle }
+    }
+    low
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quantiles_are_those_of_the_tables() {
+        // From tables: 97.5 % at 1.95996, 99.9 % at 3.09023, 99.9995 % at 4.41717.
+        for (probability, quantile) in [(0.975, 1.959_96), (0.999, 3.090_23), (0.999_995, 4.417_17)] {
+            assert!((normal_quantile(probability) - quantile).abs() < 1e-4, "{}", normal_quantile(probability));
+        }
+    }
+
+    #[test]
+    fn blocks_are_means_of_their_pixels() {
+        let means = blocks([16, 8], |x, y| [x as f64, y as f64, 1.0]);
+        assert_eq!(means, [3.5, 3.5, 1.0, 11.5, 3.5, 1.0]);
+    }
+}
