@@ -100,9 +100,27 @@ fn every_hit_on_metal_and_glass_scatters_on_or_is_counted_as_cut() {
             }
         }
     });
-    let total = |name| render(&scene(name)).1.total();
-    assert!(total("inside_glass").totally_reflected > 0 && total("threshold").below_threshold > 0);
-    assert!(total("nested").crossings > 0 && total("prism").cut_by_depth > 0);
+}
+
+/// What the laws above are about happens a thousand times and more.
+#[test]
+fn the_scenes_show_every_end_of_a_ray() {
+    let total = |name, samples| {
+        let mut scene = load(name);
+        scene.settings.samples = samples;
+        render(&scene).1.total()
+    };
+    let (inside_glass, nested, threshold) = (total("inside_glass", 2), total("nested", 1), total("threshold", 4));
+    for (count, rays) in [
+        ("totally reflected", inside_glass.totally_reflected),
+        ("escaped", inside_glass.escaped),
+        ("crossings", nested.crossings),
+        ("cut by depth", nested.cut_by_depth),
+        ("shadowed", nested.shadowed),
+        ("below the threshold", threshold.below_threshold),
+    ] {
+        assert!(rays > 1000, "only {rays} {count}");
+    }
 }
 
 #[test]

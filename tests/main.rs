@@ -1,10 +1,13 @@
 //! What the project claims as a whole, one module a claim.
 //!
 //! - `batches_agree`: the same picture, bit for bit, however work is scheduled.
+//! - `closed_forms`: pictures that are known by hand.
 //! - `conservation`: no ray is lost or made up between queues.
+//! - `furnace`: in light from everywhere nothing is lost but what the maximum depth cuts.
 //! - `layers`: crates depend on each other as the architecture page says, and on nothing else.
 //! - `memory_bounded`: a split tree of any depth stays within the memory that the queues' page states.
 //! - `recursion_agrees`: the queues compute what a plain recursion of the lecture's algorithm computes.
+//! - `self_intersection`: no specks and no leaks, at the origin and far from it.
 //! - `stages_covered`: one picture uses every stage and every queue.
 //! - `threads_agree`: the same picture, bit for bit, on any number of threads.
 //! - `tidy`: every source file says what it is.
@@ -12,13 +15,16 @@
 //! What claims share: `scene` reads and renders, `recursion` is the plain recursion, `textbook` has the formulas.
 
 mod batches_agree;
+mod closed_forms;
 mod conservation;
+mod furnace;
 mod layers;
 mod memory_bounded;
 mod path_furnace;
 mod recursion;
 mod recursion_agrees;
 mod scene;
+mod self_intersection;
 mod stages_covered;
 mod textbook;
 mod threads_agree;

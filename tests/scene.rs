@@ -8,6 +8,7 @@ use brewster_import::Importer;
 use brewster_wavefront::queues::RaySource;
 use brewster_wavefront::{Control, Counts, Policy, Renderer, Stats};
 use brewster_world::Scene;
+use glam::{DVec2, DVec3};
 
 /// The scenes of `tests/scenes`: small, and together all that an integrator can meet.
 pub(crate) const SCENES: [&str; 12] = [
@@ -29,6 +30,11 @@ pub(crate) const SCENES: [&str; 12] = [
 pub(crate) fn load(name: &str) -> SceneBuffers {
     let path = folder().join(name).with_extension("ron");
     read(&path, &std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display())))
+}
+
+/// The columns of a scene that is written in a test; its files are in `tests/scenes`.
+pub(crate) fn parse(text: &str) -> SceneBuffers {
+    read(&folder().join("in a test.ron"), text)
 }
 
 fn folder() -> &'static Path {
@@ -61,6 +67,21 @@ pub(crate) fn render_with(scene: &SceneBuffers, policy: Policy, threads: usize) 
     let mut renderer = Renderer::new(scene, 0, threads, policy, false).expect("the scene can be rendered");
     assert!(renderer.pass(0..scene.settings.samples, &mut film, &Control::default()));
     (film, renderer.stats())
+}
+
+/// The pixels of a scene's picture from the top left on: the place of each one's middle, from the picture's middle to the right and up
+/// in halves of its height, and its color.
+pub(crate) fn picture(scene: &SceneBuffers) -> Vec<(DVec2, DVec3)> {
+    let (film, _) = render(scene);
+    assert_eq!(film.rejected(), 0, "contributions are no numbers");
+    let size = scene.settings.resolution;
+    let place = |x: u32, y: u32| {
+        let from_corner = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
+        (2.0 * from_corner - size.as_dvec2()) / DVec2::new(1.0, -1.0) / f64::from(size.y)
+    };
+    let places = (0..size.y).flat_map(|y| (0..size.x).map(move |x| place(x, y)));
+    let pixels = film.resolve().pixels;
+    places.enumerate().map(|(row, place)| (place, DVec3::from_array(pixels.get(row).color.map(f64::from)))).collect()
 }
 
 /// What was counted at each depth, by source, without the times.

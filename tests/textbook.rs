@@ -2,6 +2,9 @@
 
 use glam::DVec2;
 
+/// Half a unit in f32's last place, relative: what one rounding of the tracer makes.
+pub(crate) const ROUNDING: f64 = 1.0 / (1 << 24) as f64;
+
 /// The reflectance of a dielectric for unpolarized light, by the cosine form; `cos_t` is the refracted ray's.
 pub(crate) fn dielectric(cos_i: f64, cos_t: f64, eta_i: f64, eta_t: f64) -> f64 {
     if eta_i == eta_t {
@@ -10,6 +13,12 @@ pub(crate) fn dielectric(cos_i: f64, cos_t: f64, eta_i: f64, eta_t: f64) -> f64 
     let perpendicular = (eta_i * cos_i - eta_t * cos_t) / (eta_i * cos_i + eta_t * cos_t);
     let parallel = (eta_t * cos_i - eta_i * cos_t) / (eta_t * cos_i + eta_i * cos_t);
     0.5 * (perpendicular * perpendicular + parallel * parallel)
+}
+
+/// The same from the angle of incidence alone; 1 beyond the critical angle.
+pub(crate) fn reflectance(cos_i: f64, eta_i: f64, eta_t: f64) -> f64 {
+    let sine_squared = (eta_i / eta_t).powi(2) * (1.0 - cos_i * cos_i);
+    if sine_squared >= 1.0 { 1.0 } else { dielectric(cos_i, (1.0 - sine_squared).sqrt(), eta_i, eta_t) }
 }
 
 /// Schlick's approximation.

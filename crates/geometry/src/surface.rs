@@ -8,6 +8,10 @@
 //!
 //! A point near an edge could be put past the neighboring face. So the point itself keeps away from edges by a little more
 //! than the error; a pixel cannot see the difference.
+//!
+//! **The limit.** The error follows the step of f32 where the surface is: about a micrometer for a shape of one meter at the
+//! origin, half a millimeter a kilometer away from it and 5 cm at 100 km. What is finer than that is lost: a ray that leaves
+//! one side of a gap or a bump narrower than the error may start beyond the other.
 
 use glam::{DVec3, Vec2, Vec3};
 

@@ -214,3 +214,27 @@ fn normals_point_outward() {
         tally.close(&name, 150);
     }
 }
+
+/// The limit that `surface` states, for a ball of one meter and a mesh like it: meters off the surface by meters from the origin.
+#[test]
+fn rays_start_as_near_as_stated() {
+    for (far, most) in [(0.0, 2e-6), (1e3, 6e-4), (1e5, 0.06)] {
+        let (mut scene, _) = Scene::with_every_analytic_shape();
+        let mesh = scene.mesh(ball(1, |_| 0.5));
+        for shape in [ShapeRef { kind: ShapeKind::Sphere, row: 0 }, mesh] {
+            let mut scene = scene.clone();
+            let size = 0.5 / scene.table.bounds(shape).max.x;
+            scene.place(shape, placed(Vec3::splat(size), Quat::IDENTITY, Vec3::splat(far)));
+            let scene = scene.built();
+            let mut random = Random(5);
+            for _ in 0..200 {
+                let ray = incoming(&mut random, &scene, &scene.object_to_world[0]);
+                let hit = hit_of(&scene, &ray);
+                if !hit.is_miss() {
+                    let error = surface(&scene.geometry(), &ray, &hit).error;
+                    assert!(0.0 < error && error < most, "{:?} at {far} m: {error} m", shape.kind);
+                }
+            }
+        }
+    }
+}
