@@ -88,8 +88,3 @@ pub(crate) fn picture(scene: &SceneBuffers) -> Vec<(DVec2, DVec3)> {
 pub(crate) fn counts(stats: &Stats) -> Vec<[Counts; RaySource::ALL.len()]> {
     stats.depths.iter().map(|depth| depth.counts).collect()
 }
-
-/// The columns of a scene written in a test.
-pub(crate) fn parse(text: &str) -> SceneBuffers {
-    read(&folder().join("text.ron"), text)
-}
