@@ -5,6 +5,7 @@
 
 mod camera;
 mod distribution;
+mod emitters;
 mod environment;
 mod environment_map;
 mod ids;
@@ -20,6 +21,7 @@ mod validate;
 
 pub use camera::{Camera, Projection};
 pub use distribution::{Cell, Choice, Distribution, Distribution2d};
+pub use emitters::{Emitter, EmitterColumns, Emitters, EmittersView, EmittersViewMut, Placing};
 pub use environment::Background;
 pub use environment_map::{EnvironmentMap, MapError, MapRows};
 pub use ids::{InstanceId, MaterialId, TextureId};
@@ -57,6 +59,8 @@ pub struct SceneBuffers {
     pub textures: Textures,
     /// Lights without extent, ordered by scene key.
     pub lights: LightColumns,
+    /// What sends out light and can be sampled: emissive instances and lights, with how they are chosen.
+    pub emitters: Emitters,
     /// The sum of all ambient lights, radiance in nit.
     pub ambient: Vec3,
     /// Cameras, ordered by scene key.

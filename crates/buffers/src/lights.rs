@@ -51,8 +51,11 @@ pub struct Illumination {
 pub struct LightSample {
     /// Unit direction toward it.
     pub direction: Vec3,
-    /// How far a ray may go without meeting the light itself, in meters; infinite for what comes from afar.
+    /// How far a ray from the point may go without meeting the light itself, in meters; infinite for what comes from afar. A
+    /// ray that starts off its surface asks [`LightSample::ray_from`].
     pub distance: f32,
+    /// The end of such rays: where the light is, or just off its surface. Zero for what comes from afar.
+    pub target: Vec3,
     /// Radiance in nit; of a light without extent the irradiance on a plane that faces it, nothing in between.
     pub radiance: Vec3,
     /// Density per solid angle, above 0, with the probability of having chosen this light in it; of a light without extent
@@ -66,7 +69,7 @@ impl LightSample {
     /// Light with extent that comes from afar.
     #[inline(always)]
     pub(crate) fn distant(direction: Vec3, radiance: Vec3, pdf: f32) -> LightSample {
-        LightSample { direction, distance: f32::INFINITY, radiance, pdf, is_delta: false }
+        LightSample { direction, distance: f32::INFINITY, target: Vec3::ZERO, radiance, pdf, is_delta: false }
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use glam::{Vec2, Vec3};
+use glam::{DVec3, Vec2, Vec3};
 
 use crate::TextureId;
 
@@ -89,9 +89,26 @@ impl Textures {
             self.rows[source.texture.0 as usize].evaluate(uv)
         }
     }
+
+    /// The mean color of a source: of a texture, over all that it can show, each color as often as it is there.
+    pub fn mean(&self, source: ColorSource) -> Vec3 {
+        if source.texture == TextureId::NONE { source.constant } else { self.rows[source.texture.0 as usize].mean() }
+    }
 }
 
 impl Texture {
+    /// The mean of all that it can show. Looks at every pixel of a picture.
+    fn mean(&self) -> Vec3 {
+        match self {
+            Texture::Checker { a, b, .. } => *a * 0.5 + *b * 0.5,
+            Texture::Gradient { from, to, .. } => *from * 0.5 + *to * 0.5,
+            Texture::Image { image, .. } => {
+                let sum = image.pixels.iter().fold(DVec3::ZERO, |sum, &pixel| sum + Vec3::from_array(pixel).as_dvec3());
+                (sum / image.pixels.len() as f64).as_vec3()
+            }
+        }
+    }
+
     /// The color at texture coordinates.
     pub fn evaluate(&self, uv: Vec2) -> Vec3 {
         match self {

@@ -4,8 +4,8 @@ use brewster_geometry::Affine;
 use glam::Vec3;
 
 use crate::{
-    Background, Camera, ColorSource, Light, MaterialKind, Materials, Projection, SceneBuffers, Settings, Texture,
-    TextureId,
+    Background, Camera, ColorSource, Emitters, Light, MaterialKind, Materials, Projection, SceneBuffers, Settings,
+    Texture, TextureId,
 };
 
 /// A broken promise, in words.
@@ -38,6 +38,7 @@ impl SceneBuffers {
             Background::Environment(_) => true,
         };
         require(background, || format!("the background is {:?}", self.background))?;
+        require(self.emitters == Emitters::new(self), || "the emitters are stale".to_owned())?;
         require(can_be_met(&self.settings), || format!("settings cannot be met: {:?}", self.settings))
     }
 
@@ -213,6 +214,7 @@ mod tests {
             cone_offset: 1.0,
             key: 4,
         });
+        buffers.emitters = Emitters::new(&buffers);
         buffers.cameras.push(Camera {
             name: String::new(),
             position: Vec3::Z,
@@ -249,6 +251,7 @@ mod tests {
         check("color", |b| b.materials.lambert.view_mut().albedo[0].texture.0 = 1);
         check("color", |b| b.materials.lambert.view_mut().albedo[0].constant.y = f32::NAN);
         check("texture 0", |b| b.textures.rows[0] = Texture::Checker { a: Vec3::ZERO, b: Vec3::ONE, size: 0.0 });
+        check("emitters", |b| b.emitters = Emitters::default());
         check("light 0", |b| b.lights.view_mut().direction[0] = Vec3::ONE);
         check("light 0", |b| b.lights.view_mut().intensity[0].x = f32::INFINITY);
         check("camera 0", |b| b.cameras[0].right = Vec3::NEG_X);

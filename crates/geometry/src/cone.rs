@@ -1,12 +1,15 @@
 //! Cones.
 
+use std::f64::consts::PI;
+
 use glam::{DVec2, DVec3, Vec2, Vec3};
 
 use crate::aabb::Aabb;
 use crate::chord::{Chord, recentered};
 use crate::disk::disk_uv;
+use crate::sampling::Spread;
 use crate::shape::{Analytic, Crossing, LocalSurface, ShapeError, check_length};
-use crate::sphere::turn;
+use crate::sphere::{around, turn};
 
 /// A closed cone around the y axis: its base at -height/2, its apex at +height/2.
 ///
@@ -79,6 +82,26 @@ impl Analytic for Cone {
             normal,
             uv: Vec2::new(turn(around.x, around.y), along as f32),
         }
+    }
+}
+
+impl Spread for Cone {
+    fn area(&self) -> f64 {
+        let (radius, height) = (self.radius as f64, self.height as f64);
+        PI * radius * (radius + (radius * radius + height * height).sqrt())
+    }
+
+    /// The first number chooses between side and base.
+    fn spread(&self, [u, v]: [f32; 2]) -> (DVec3, u32) {
+        let (radius, height) = (self.radius as f64, self.height as f64);
+        let slant = (radius * radius + height * height).sqrt();
+        let at = u as f64 * (slant + radius);
+        // Both are fans: distances from their centers are roots of what is left of the number.
+        let (along, face) = if at < slant { (at / slant, 0) } else { (1.0 - ((at - slant) / radius).min(1.0), 1) };
+        let along = along.sqrt();
+        let across = around(v) * (along * radius);
+        let y = if face == 0 { height * (0.5 - along) } else { -0.5 * height };
+        (DVec3::new(across.x, y, across.y), face)
     }
 }
 

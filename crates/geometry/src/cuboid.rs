@@ -4,6 +4,7 @@ use glam::{DVec3, Vec2, Vec3};
 
 use crate::aabb::Aabb;
 use crate::chord::Chord;
+use crate::sampling::Spread;
 use crate::shape::{Analytic, Crossing, LocalSurface, ShapeError, check_length};
 
 /// A box around the origin.
@@ -58,6 +59,30 @@ impl Analytic for Cuboid {
             _ => (sign * p.x, p.y),
         };
         LocalSurface { point: at, normal, uv: Vec2::new((u * 0.5 + 0.5) as f32, (v * 0.5 + 0.5) as f32) }
+    }
+}
+
+impl Spread for Cuboid {
+    fn area(&self) -> f64 {
+        let half = self.half.as_dvec3();
+        8.0 * (half.x * half.y + half.y * half.z + half.z * half.x)
+    }
+
+    /// The first number chooses the face, one after the other.
+    fn spread(&self, [u, v]: [f32; 2]) -> (DVec3, u32) {
+        let half = self.half.as_dvec3();
+        let faces = [half.y * half.z, half.z * half.x, half.x * half.y];
+        let mut rest = u as f64 * 2.0 * (faces[0] + faces[1] + faces[2]);
+        let mut face = 0;
+        while face < 5 && rest >= faces[face / 2] {
+            rest -= faces[face / 2];
+            face += 1;
+        }
+        let (axis, sign) = (face / 2, if face & 1 == 1 { 1.0 } else { -1.0 });
+        let mut at = DVec3::splat(sign);
+        at[(axis + 1) % 3] = (2.0 * rest / faces[axis]).min(2.0) - 1.0;
+        at[(axis + 2) % 3] = 2.0 * v as f64 - 1.0;
+        (at * half, face as u32)
     }
 }
 

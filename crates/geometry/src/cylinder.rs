@@ -1,12 +1,15 @@
 //! Cylinders.
 
+use std::f64::consts::TAU;
+
 use glam::{DVec2, DVec3, Vec2, Vec3};
 
 use crate::aabb::Aabb;
 use crate::chord::{Chord, recentered};
 use crate::disk::disk_uv;
+use crate::sampling::Spread;
 use crate::shape::{Analytic, Crossing, LocalSurface, ShapeError, check_length};
-use crate::sphere::turn;
+use crate::sphere::{around, turn};
 
 /// A closed cylinder around the origin and the y axis.
 ///
@@ -70,6 +73,25 @@ impl Analytic for Cylinder {
             normal: DVec3::Y * sign,
             uv: disk_uv(at, self.radius),
         }
+    }
+}
+
+impl Spread for Cylinder {
+    fn area(&self) -> f64 {
+        TAU * self.radius as f64 * (self.radius as f64 + self.height as f64)
+    }
+
+    /// The first number chooses between bottom, side and top.
+    fn spread(&self, [u, v]: [f32; 2]) -> (DVec3, u32) {
+        let (radius, height) = (self.radius as f64, self.height as f64);
+        // In units of radius times 2π: a cap has half the radius, the side the height.
+        let at = u as f64 * (radius + height) - 0.5 * radius;
+        let beyond = (-at).max(at - height);
+        let (y, face) = if at < 0.0 { (0.0, 1) } else { (at.min(height), if beyond > 0.0 { 2 } else { 0 }) };
+        // What is left of a cap's part goes from its rim to its center.
+        let distance = (radius * (radius - 2.0 * beyond.max(0.0)).max(0.0)).sqrt();
+        let across = around(v) * distance;
+        (DVec3::new(across.x, y - 0.5 * height, across.y), face)
     }
 }
 

@@ -1,9 +1,13 @@
 //! Disks and rings.
 
+use std::f64::consts::PI;
+
 use glam::{DVec2, DVec3, Vec2, Vec3};
 
 use crate::aabb::Aabb;
+use crate::sampling::Spread;
 use crate::shape::{Analytic, Crossing, LocalSurface, ShapeError, check_length};
+use crate::sphere::around;
 
 /// A disk around the origin in the plane z = 0, normal +Z, with a hole in its middle if `inner_radius` is not 0.
 ///
@@ -47,6 +51,19 @@ impl Analytic for Disk {
     fn surface(&self, point: DVec3, _face: u32, _margin: DVec3) -> LocalSurface {
         let point = point.truncate().extend(0.0);
         LocalSurface { point, normal: DVec3::Z, uv: disk_uv(point.truncate(), self.radius) }
+    }
+}
+
+impl Spread for Disk {
+    fn area(&self) -> f64 {
+        let (radius, inner) = (self.radius as f64, self.inner_radius as f64);
+        PI * (radius - inner) * (radius + inner)
+    }
+
+    fn spread(&self, [u, v]: [f32; 2]) -> (DVec3, u32) {
+        let (radius, inner) = (self.radius as f64, self.inner_radius as f64);
+        let distance = (inner * inner + u as f64 * (radius - inner) * (radius + inner)).sqrt();
+        ((around(v) * distance).extend(0.0), 0)
     }
 }
 

@@ -1,8 +1,9 @@
 //! Rectangles.
 
-use glam::{DVec3, Vec2};
+use glam::{DVec2, DVec3, Vec2};
 
 use crate::aabb::Aabb;
+use crate::sampling::Spread;
 use crate::shape::{Analytic, Crossing, LocalSurface, ShapeError, check_length};
 
 /// A rectangle around the origin in the plane z = 0, normal +Z.
@@ -40,6 +41,17 @@ impl Analytic for Quad {
         let half = self.half.as_dvec2();
         let at = point.truncate().clamp(-half, half);
         LocalSurface { point: at.extend(0.0), normal: DVec3::Z, uv: (at / half * 0.5 + 0.5).as_vec2() }
+    }
+}
+
+impl Spread for Quad {
+    fn area(&self) -> f64 {
+        4.0 * self.half.x as f64 * self.half.y as f64
+    }
+
+    fn spread(&self, u: [f32; 2]) -> (DVec3, u32) {
+        let at = (DVec2::new(u[0] as f64, u[1] as f64) * 2.0 - 1.0) * self.half.as_dvec2();
+        (at.extend(0.0), 0)
     }
 }
 

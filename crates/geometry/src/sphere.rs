@@ -1,10 +1,14 @@
 //! Spheres.
 
+use std::f32::consts::TAU;
+use std::f64::consts::PI;
+
 use brewster_lanes::math;
-use glam::{DVec3, Vec2, Vec3};
+use glam::{DVec2, DVec3, Vec2, Vec3};
 
 use crate::aabb::Aabb;
 use crate::chord::{Chord, recentered};
+use crate::sampling::Spread;
 use crate::shape::{Analytic, Crossing, LocalSurface, ShapeError, check_length};
 
 /// A sphere around the origin.
@@ -48,6 +52,25 @@ impl Analytic for Sphere {
         let uv = Vec2::new(turn(normal.x, normal.z), v);
         LocalSurface { point: normal * self.radius as f64, normal, uv }
     }
+}
+
+impl Spread for Sphere {
+    fn area(&self) -> f64 {
+        4.0 * PI * self.radius as f64 * self.radius as f64
+    }
+
+    /// Archimedes: the area between two heights is that of the cylinder around it.
+    fn spread(&self, [u, v]: [f32; 2]) -> (DVec3, u32) {
+        let u = u as f64;
+        let across = around(v) * (2.0 * (u * (1.0 - u)).sqrt());
+        (DVec3::new(across.x, 1.0 - 2.0 * u, across.y) * self.radius as f64, 0)
+    }
+}
+
+/// The unit vector after a part of a turn, evenly with 0 ≤ part < 1.
+pub(crate) fn around(part: f32) -> DVec2 {
+    let (sine, cosine) = math::sin_cos(TAU * part);
+    DVec2::new(cosine as f64, sine as f64)
 }
 
 /// The angle of (x, y) in turns, plus a half: from 0 to 1.

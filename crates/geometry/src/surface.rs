@@ -38,7 +38,7 @@ pub struct SurfacePoint {
 }
 
 /// Half a unit in f32's last place, relative.
-const HALF_ULP: f64 = 1.0 / (1 << 24) as f64;
+pub(crate) const HALF_ULP: f64 = 1.0 / (1 << 24) as f64;
 
 /// The surface at a hit of [`closest_hits`](crate::closest_hits), which must not be a miss; panics on one.
 pub fn surface(scene: &SceneGeometry<'_>, ray: &Ray, hit: &Hit) -> SurfacePoint {
@@ -47,9 +47,7 @@ pub fn surface(scene: &SceneGeometry<'_>, ray: &Ray, hit: &Hit) -> SurfacePoint 
     let to_object = &scene.world_to_object[instance];
     let local = to_object.ray(ray);
     let point = local.origin.as_dvec3() + local.direction.as_dvec3() * hit.t as f64;
-    // The position is rounded when it is found, and again when it is moved.
-    let world_error = to_world.point_f64(point).abs() * (2.5 * HALF_ULP);
-    let rounding = absolute(to_object, world_error) + point.abs() * (2.0 * HALF_ULP);
+    let rounding = rounding(to_world, to_object, point);
     let shape = scene.shapes[instance];
     let found = with_shape!(scene.table, shape,
         analytic => {
@@ -62,6 +60,19 @@ pub fn surface(scene: &SceneGeometry<'_>, ray: &Ray, hit: &Hit) -> SurfacePoint 
         mesh => on_triangle(&scene.table.meshes[mesh], hit, rounding)
     );
     place(to_world, to_object, &found, rounding)
+}
+
+/// The surface at a point that was drawn, and not found by a ray.
+pub(crate) fn place_sample(to_world: &Affine, to_object: &Affine, local: &LocalSurface, tilt: f64) -> SurfacePoint {
+    let found = Found { local: *local, shading: local.normal, tilt };
+    place(to_world, to_object, &found, rounding(to_world, to_object, local.point))
+}
+
+/// What rounding moves a point by along the axes of object space.
+fn rounding(to_world: &Affine, to_object: &Affine, point: DVec3) -> DVec3 {
+    // The position is rounded when it is found, and again when it is moved.
+    let world_error = to_world.point_f64(point).abs() * (2.5 * HALF_ULP);
+    absolute(to_object, world_error) + point.abs() * (2.0 * HALF_ULP)
 }
 
 /// A surface in object space, and what its intersection adds to the error along the normal.
@@ -93,9 +104,7 @@ fn on_triangle(mesh: &TriangleMesh, hit: &Hit, rounding: DVec3) -> Found {
     let cross = (b - a).cross(c - a);
     let normal = cross.normalize_or(DVec3::Y);
     let sides = [c - b, a - c, b - a];
-    let extent = sides.iter().fold(0.0f64, |most, side| most.max(side.length()));
-    // Shearing moves corners by up to ten units of the triangle's extent, tilting a grazing ray by four.
-    let tilt = extent * (14.0 * HALF_ULP);
+    let tilt = triangle_tilt(&[a, b, c]);
     let weights = [1.0 - hit.u as f64 - hit.v as f64, hit.u as f64, hit.v as f64];
     // Keep four times the error away from each side, at most half way to the middle. A weight is the distance from a side over
     // that of the opposite corner, which is twice the area over the side's length.
@@ -116,6 +125,13 @@ fn on_triangle(mesh: &TriangleMesh, hit: &Hit, rounding: DVec3) -> Found {
         (0..3).fold(Vec2::ZERO, |sum, i| sum + mesh.uvs[corners[i]] * weights[i] as f32)
     };
     Found { local: LocalSurface { point, normal, uv }, shading, tilt }
+}
+
+/// What a triangle's size adds to the error along its normal: shearing moves corners by up to ten units of its extent, tilting a
+/// grazing ray by four.
+pub(crate) fn triangle_tilt([a, b, c]: &[DVec3; 3]) -> f64 {
+    let extent = [*c - *b, *a - *c, *b - *a].iter().fold(0.0f64, |most, side| most.max(side.length()));
+    extent * (14.0 * HALF_ULP)
 }
 
 /// What a map makes of errors: its linear part with all signs positive.

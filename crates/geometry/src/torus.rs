@@ -1,13 +1,16 @@
 //! Tori.
 
 use std::cmp::Ordering;
+use std::f64::consts::TAU;
 
+use brewster_lanes::math;
 use glam::{DVec2, DVec3, Vec2, Vec3};
 
 use crate::aabb::Aabb;
 use crate::chord::recentered;
+use crate::sampling::Spread;
 use crate::shape::{Analytic, Crossing, LocalSurface, ShapeError, check_length};
-use crate::sphere::turn;
+use crate::sphere::{around, turn};
 
 /// A torus around the origin and the y axis.
 ///
@@ -75,6 +78,27 @@ impl Analytic for Torus {
             normal,
             uv: Vec2::new(turn(around.x, around.y), turn(across, point.y)),
         }
+    }
+}
+
+impl Spread for Torus {
+    /// Pappus: the tube's circumference times the way of its center.
+    fn area(&self) -> f64 {
+        TAU * self.minor_radius as f64 * TAU * self.major_radius as f64
+    }
+
+    /// Around the tube area goes as 1 + k·cosθ, where k = minor/major. On the inner half of the tube is missing what opposite, on
+    /// the outer half, is too much: θ is drawn evenly from the outer half, and is moved to the opposite side with probability
+    /// (1 - k·cosθ)/2. The second number decides that, and what is left of it goes around the axis. So nothing has to be
+    /// inverted, and nothing is lost.
+    fn spread(&self, [u, v]: [f32; 2]) -> (DVec3, u32) {
+        let (major, minor) = (self.major_radius as f64, self.minor_radius as f64);
+        let (sine, cosine) = math::sin_cos(std::f32::consts::PI * (u - 0.5));
+        let (cosine, v) = (cosine.max(0.0) as f64, v as f64);
+        let outer = 0.5 + 0.5 * cosine * minor / major;
+        let (side, turn) = if v < outer { (1.0, v / outer) } else { (-1.0, (v - outer) / (1.0 - outer)) };
+        let across = around(turn as f32) * (major + side * minor * cosine);
+        (DVec3::new(across.x, side * minor * sine as f64, across.y), 0)
     }
 }
 

@@ -155,6 +155,18 @@ impl Affine {
         bounds_f64(&linear, translation, aabb)
     }
 
+    /// The factor by which the map scales every direction alike, but for f32's rounding; none if it scales some differently.
+    pub fn uniform_scale(&self) -> Option<f64> {
+        let (linear, _) = self.to_f64();
+        let square = linear.x_axis.length_squared();
+        let lengths = linear.y_axis.length_squared().max(linear.z_axis.length_squared()) - square;
+        let shortest = square - linear.y_axis.length_squared().min(linear.z_axis.length_squared());
+        let angles =
+            [linear.x_axis.dot(linear.y_axis), linear.y_axis.dot(linear.z_axis), linear.z_axis.dot(linear.x_axis)];
+        let off = angles.iter().fold(lengths.max(shortest), |most, angle| most.max(angle.abs()));
+        (off <= 2e-6 * square).then(|| square.sqrt())
+    }
+
     /// Whether the map turns right hands into left ones.
     pub fn mirrors(&self) -> bool {
         self.to_f64().0.determinant() < 0.0

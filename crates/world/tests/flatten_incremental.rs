@@ -76,8 +76,19 @@ fn all_entities(scene: &Scene) -> Vec<Entity> {
 
 /// All columns, to the sign of a zero; the top tree may differ.
 fn columns(buffers: &SceneBuffers) -> Vec<(&'static str, String)> {
-    let SceneBuffers { instances, shapes, trees, materials, textures, lights, ambient, cameras, background, settings } =
-        buffers;
+    let SceneBuffers {
+        instances,
+        shapes,
+        trees,
+        materials,
+        textures,
+        lights,
+        emitters,
+        ambient,
+        cameras,
+        background,
+        settings,
+    } = buffers;
     vec![
         ("instances", format!("{instances:?}")),
         ("shapes", format!("{shapes:?}")),
@@ -86,6 +97,7 @@ fn columns(buffers: &SceneBuffers) -> Vec<(&'static str, String)> {
         ("materials", format!("{materials:?}")),
         ("textures", format!("{textures:?}")),
         ("lights", format!("{lights:?} {ambient:?}")),
+        ("emitters", format!("{emitters:?}")),
         ("cameras", format!("{cameras:?}")),
         ("environment", format!("{background:?} {settings:?}")),
     ]

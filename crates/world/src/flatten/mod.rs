@@ -5,6 +5,7 @@
 
 mod camera;
 mod directory;
+mod emitters;
 mod environment;
 mod instances;
 mod lights;
@@ -47,7 +48,7 @@ enum FlattenSet {
     AddedInstances,
     /// Instances that wear something else, or moved, get their rows rewritten where they now stand.
     ChangedInstances,
-    /// Lights, cameras, background and settings: whatever no other row refers to.
+    /// Lights, emitters, cameras, background and settings: whatever no other row refers to.
     Surroundings,
     /// The top tree follows the instances.
     Trees,
@@ -133,6 +134,7 @@ pub(crate) fn schedule() -> Schedule {
             .in_set(Set::ChangedInstances),
         (
             timed("flatten_lights", lights::flatten_lights),
+            timed("flatten_emitters", emitters::flatten_emitters),
             timed("flatten_cameras", camera::flatten_cameras),
             timed("flatten_background", environment::flatten_background),
             timed("flatten_settings", environment::flatten_settings),

@@ -1,0 +1,228 @@
+//! Sampling of light sources: surfaces that shine, and lights without extent.
+//!
+//! [`SceneBuffers::sample_light`] chooses a source as a point sees it, and a direction toward it;
+//! [`SceneBuffers::light_pdf`] tells the density of that for a direction that met a source by chance. Both look at where the
+//! point is and at nothing else of it, so that a ray that has left its surface long ago can still be told.
+//!
+//! | source | its place |
+//! | --- | --- |
+//! | sphere, not stretched | in its cone of directions; from inside, any direction |
+//! | other shapes | evenly over the area |
+//! | mesh | a triangle by its area, evenly over it |
+//! | light without extent | where it is |
+
+mod build;
+mod choice;
+mod sphere;
+
+use brewster_geometry::{Affine, AreaSample, ShapeKind, SurfacePoint, area_scale, offset_origin, seen_from};
+use brewster_lanes::columns;
+use glam::Vec3;
+
+use crate::{ColorSource, Distribution, LightSample, SceneBuffers};
+
+use self::choice::LightChoice;
+use self::sphere::PlacedSphere;
+
+columns! {
+    /// An instance that sends out light and can be sampled.
+    pub struct Emitter => EmitterColumns, EmittersView, EmittersViewMut {
+        /// Row of the instance; rows are in its order.
+        pub instance: u32,
+        /// Its radiance.
+        pub radiance: ColorSource,
+        /// Whether it shines from both sides.
+        pub two_sided: bool,
+        /// How places on it are drawn.
+        pub placing: Placing,
+        /// Its flux in lumen, by the mean luminance of its radiance.
+        pub power: f64,
+    }
+}
+
+/// How places on an emitter are drawn.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Placing {
+    /// By direction: a sphere of this radius in world space.
+    Cone {
+        /// The radius in meters.
+        radius: f64,
+    },
+    /// Evenly over an analytic shape of this area in object space.
+    Area {
+        /// The area.
+        area: f64,
+    },
+    /// Over the triangles of a mesh, by this row of the tables of triangles.
+    Triangles {
+        /// The row.
+        table: u32,
+    },
+}
+
+/// What sends out light, and how it is chosen from. Written whole by [`Emitters::new`], stale when instances, shapes, emissive
+/// materials, their textures or lights have changed.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Emitters {
+    rows: EmitterColumns,
+    /// The triangles of each mesh that is emissive somewhere, by area.
+    triangles: Vec<Distribution>,
+    /// Rows of lights that shine: what a choice beyond the emitters means.
+    lights: Vec<u32>,
+    choice: LightChoice,
+}
+
+impl Emitters {
+    /// The emissive instances, in their order.
+    pub fn rows(&self) -> EmittersView<'_> {
+        self.rows.view()
+    }
+
+    /// The number of sources: emissive instances and lights that shine.
+    pub fn len(&self) -> usize {
+        self.rows.len() + self.lights.len()
+    }
+
+    /// Whether nothing but the background shines.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+}
+
+impl LightSample {
+    /// Where a ray from `origin` toward the light goes, and how far without meeting the light itself: for origins next to the
+    /// point that the sample was drawn for.
+    #[inline(always)]
+    pub fn ray_from(&self, origin: Vec3) -> (Vec3, f32) {
+        if self.distance == f32::INFINITY {
+            return (self.direction, f32::INFINITY);
+        }
+        let to = self.target - origin;
+        let length = to.length();
+        // A ray's end is off by less than this, which is not much beside the target's own distance from the light.
+        if length > 0.0 { (to / length, length * (1.0 - f32::EPSILON)) } else { (self.direction, 0.0) }
+    }
+}
+
+impl SceneBuffers {
+    /// Draws a source of light and a direction toward it, as `point` sees it, with a number for the choice and two for the
+    /// place, all 0 ≤ u < 1. The background is not among them. `None` is a sample without light: nothing shines, or what was
+    /// drawn faces away.
+    #[inline]
+    pub fn sample_light(&self, point: Vec3, choice: f32, place: [f32; 2]) -> Option<LightSample> {
+        let emitters = &self.emitters;
+        let (source, probability) = emitters.choice.choose(point, choice)?;
+        let count = emitters.rows.len();
+        if (source as usize) < count {
+            let sample = self.sample_emitter(source as usize, point, place)?;
+            return Some(LightSample { pdf: sample.pdf * probability, ..sample });
+        }
+        let light = self.lights.get(emitters.lights[source as usize - count] as usize);
+        let seen = light.illuminate(point);
+        let is_lit = seen.irradiance != Vec3::ZERO;
+        is_lit.then_some(LightSample {
+            direction: seen.direction,
+            distance: seen.distance,
+            target: light.position,
+            radiance: seen.irradiance,
+            pdf: probability,
+            is_delta: true,
+        })
+    }
+
+    /// The density per solid angle with which [`SceneBuffers::sample_light`] at `origin` gives the direction to a point of an
+    /// emissive instance; 0 for what it never gives.
+    #[inline]
+    pub fn light_pdf(&self, origin: Vec3, instance: u32, primitive: u32, hit: &SurfacePoint) -> f32 {
+        let emitters = &self.emitters;
+        let rows = emitters.rows.view();
+        let Ok(row) = rows.instance.binary_search(&instance) else { return 0.0 };
+        let to = hit.position - origin;
+        let squared = to.length_squared();
+        let cosine = -to.dot(hit.geometric_normal) / squared.sqrt();
+        if !(squared > 0.0 && (cosine > 0.0 || rows.two_sided[row] && cosine < 0.0)) {
+            return 0.0;
+        }
+        let to_world = &self.instances.view().object_to_world[instance as usize];
+        let density = match rows.placing[row] {
+            Placing::Cone { radius } => PlacedSphere::new(to_world, radius).pdf(origin, rows.two_sided[row]),
+            Placing::Area { area } => 1.0 / area * per_solid_angle(to_world, hit.geometric_normal, squared, cosine),
+            Placing::Triangles { table } => {
+                let shape = self.instances.view().shape[instance as usize];
+                let area = self.shapes.meshes[shape.row as usize].area(primitive as usize);
+                let probability = f64::from(emitters.triangles[table as usize].probability(primitive));
+                // A triangle without area is never drawn, and no ray meets it.
+                if probability == 0.0 {
+                    return 0.0;
+                }
+                probability / area * per_solid_angle(to_world, hit.geometric_normal, squared, cosine)
+            }
+        };
+        sound(density as f32 * emitters.choice.probability(origin, row as u32)).unwrap_or(0.0)
+    }
+
+    /// Draws a place of an emitter.
+    #[inline]
+    fn sample_emitter(&self, row: usize, point: Vec3, place: [f32; 2]) -> Option<LightSample> {
+        let rows = self.emitters.rows.view();
+        let (instances, instance) = (self.instances.view(), rows.instance[row] as usize);
+        let (to_world, to_object) = (&instances.object_to_world[instance], &instances.world_to_object[instance]);
+        let (shape, two_sided) = (instances.shape[instance], rows.two_sided[row]);
+        let seen = |drawn: &AreaSample| seen_from(point, to_world, to_object, drawn);
+        let (surface, direction, density) = match rows.placing[row] {
+            Placing::Cone { radius } => {
+                debug_assert_eq!(shape.kind, ShapeKind::Sphere);
+                let sphere = PlacedSphere::new(to_world, radius);
+                let (direction, normal, density) = sphere.sample(point, two_sided, place)?;
+                let sphere = &self.shapes.spheres[shape.row as usize];
+                let surface = seen(&AreaSample::on(sphere, (to_object.vector(normal).as_dvec3(), 0)));
+                (surface, direction, density)
+            }
+            Placing::Area { area } => {
+                let surface = seen(&self.shapes.sample_area(shape, place)?);
+                let (direction, factor) = toward(point, to_world, &surface, two_sided)?;
+                (surface, direction, factor / area)
+            }
+            Placing::Triangles { table } => {
+                let triangle = self.emitters.triangles[table as usize].choose(place[0]);
+                let mesh = &self.shapes.meshes[shape.row as usize];
+                let surface = seen(&mesh.sample_area(triangle.index as usize, [triangle.rest, place[1]]));
+                let (direction, factor) = toward(point, to_world, &surface, two_sided)?;
+                let area = mesh.area(triangle.index as usize);
+                (surface, direction, factor / area * f64::from(triangle.probability))
+            }
+        };
+        let radiance = self.textures.evaluate(rows.radiance[row], surface.uv);
+        let target = offset_origin(&surface, -direction);
+        // So far that the ray's end is off the surface by twice its error.
+        let to = surface.position - point;
+        let slope = (direction.dot(surface.geometric_normal).abs()).max(f32::EPSILON);
+        let distance = (to.length() * (1.0 - f32::EPSILON) - 2.0 * surface.error / slope).max(0.0);
+        let pdf = sound(density as f32)?;
+        let is_lit = radiance != Vec3::ZERO;
+        is_lit.then_some(LightSample { direction, distance, target, radiance, pdf, is_delta: false })
+    }
+}
+
+/// The direction to a drawn point if it shines there, and what its density by area in object space is multiplied by.
+#[inline(always)]
+fn toward(point: Vec3, to_world: &Affine, surface: &SurfacePoint, two_sided: bool) -> Option<(Vec3, f64)> {
+    let to = surface.position - point;
+    let squared = to.length_squared();
+    let direction = to / squared.sqrt();
+    let cosine = -direction.dot(surface.geometric_normal);
+    let shines = squared > 0.0 && (cosine > 0.0 || two_sided && cosine < 0.0);
+    shines.then(|| (direction, per_solid_angle(to_world, surface.geometric_normal, squared, cosine)))
+}
+
+/// What a density by area in object space is multiplied by to be one per solid angle.
+#[inline(always)]
+fn per_solid_angle(to_world: &Affine, normal: Vec3, squared: f32, cosine: f32) -> f64 {
+    f64::from(squared) / (f64::from(cosine.abs()) * area_scale(to_world, normal))
+}
+
+/// A density that can be divided by.
+#[inline(always)]
+fn sound(density: f32) -> Option<f32> {
+    (density > 0.0 && density < f32::INFINITY).then_some(density)
+}
