@@ -279,10 +279,12 @@ const ROULETTE_WEIGHT: f32 = 0.25;
 #[inline(always)]
 fn sample_light(scene: &SceneBuffers, point: Vec3, choice: f32) -> LightSample {
     let count = scene.lights.len();
-    let seen = scene.lights.get(((choice * count as f32) as usize).min(count - 1)).illuminate(point);
+    let light = scene.lights.get(((choice * count as f32) as usize).min(count - 1));
+    let seen = light.illuminate(point);
     LightSample {
         direction: seen.direction,
         distance: seen.distance,
+        target: light.position,
         radiance: seen.irradiance,
         pdf: 1.0 / count as f32,
         is_delta: true,
