@@ -147,9 +147,9 @@ pub fn seen_from(
     let origin = world_to_object.point_f64(viewer.as_dvec3());
     let local = &sample.local;
     // Origin and direction are rounded when they are mapped, and a triangle's corners when they are sheared: ten units.
-    let reach = origin.abs().max_element() + (local.point - origin).abs().max_element();
+    let reach = origin.abs() + (local.point - origin).abs();
     let steepness = world_to_object.transposed_f64(local.normal).length();
-    let along = local.normal.abs().element_sum() * reach * (16.0 * HALF_ULP) / steepness;
+    let along = local.normal.abs().dot(reach) * (16.0 * HALF_ULP) / steepness;
     // In world space direction and length are rounded.
     let aim = f64::from((point.position - viewer).length()) * (4.0 * HALF_ULP);
     point.error += (along + aim) as f32;

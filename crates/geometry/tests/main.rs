@@ -2,6 +2,8 @@
 
 /// Trees, kernels and refits change no hit: everything agrees to the bit with trying every primitive.
 mod agreement;
+/// Points drawn on shapes are spread evenly over areas worked out by other means, and are found by rays.
+mod area_sampling;
 /// Trees are the same for any number of threads, valid and within the memory that is stated.
 mod building;
 /// Rays that leave a surface start on the right side of it, however they graze it and wherever it stands.

@@ -236,3 +236,51 @@ pub(crate) fn hit_of(scene: &Scene, ray: &Ray) -> Hit {
     let rays: RayColumns = [*ray].into_iter().collect();
     hits_of(scene, Level::detect(), rays.view()).get(0)
 }
+
+/// Places that are hard on rounding. Far out the shapes are of one meter and more: f32 has steps of 8 mm there.
+pub(crate) fn places() -> Vec<Affine3A> {
+    let turned = Quat::from_axis_angle(Vec3::new(0.6, 0.48, 0.64), 1.1);
+    vec![
+        Affine3A::IDENTITY,
+        placed(Vec3::ONE, turned, Vec3::new(5.0, -3.0, 8.0)),
+        placed(Vec3::new(3.0, 0.2, -1.0), turned, Vec3::new(50.0, 20.0, -10.0)),
+        placed(Vec3::splat(1e-3), turned, Vec3::new(0.5, 1.0, -0.3)),
+        placed(Vec3::splat(1e4), turned, Vec3::new(1e4, 3e3, 0.0)),
+        placed(Vec3::splat(4.0), turned, Vec3::new(1e5, -1e5, 1e5)),
+        placed(Vec3::new(1e3, 40.0, 20.0), turned, Vec3::new(-1e5, 2e3, 1e5)),
+    ]
+}
+
+/// A direction on the normal's side, most often very close to the surface.
+pub(crate) fn grazing(random: &mut Random, normal: Vec3) -> Vec3 {
+    let along = normal.cross(random.direction()).normalize();
+    let up = 10f32.powf(-8.0 * random.unit());
+    let direction = (along + normal * up).normalize();
+    // Rounding may have turned it away; then it is not a direction on this side.
+    if direction.dot(normal) > 0.0 { direction } else { normal }
+}
+
+/// Counts what is wrong, and tells the first.
+pub(crate) struct Tally {
+    pub(crate) checked: usize,
+    pub(crate) wrong: Vec<String>,
+}
+
+impl Tally {
+    pub(crate) fn new() -> Tally {
+        Tally { checked: 0, wrong: Vec::new() }
+    }
+
+    pub(crate) fn check(&mut self, right: bool, say: impl FnOnce() -> String) {
+        self.checked += 1;
+        if !right {
+            self.wrong.push(say());
+        }
+    }
+
+    pub(crate) fn close(self, name: &str, least: usize) {
+        let first = self.wrong.first().cloned().unwrap_or_default();
+        assert_eq!(self.wrong.len(), 0, "{name}: {} of {}: {first}", self.wrong.len(), self.checked);
+        assert!(self.checked >= least, "{name}: only {} rays were checked", self.checked);
+    }
+}
