@@ -110,23 +110,7 @@ impl Levels {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::media::MediaId;
     use crate::queues::PathRay;
-
-    const RAY: PathRay = PathRay {
-        origin_x: 0.0,
-        origin_y: 0.0,
-        origin_z: 0.0,
-        direction_x: 0.0,
-        direction_y: 0.0,
-        direction_z: 1.0,
-        weight: glam::Vec3::ONE,
-        pdf: f32::INFINITY,
-        pixel: 0,
-        sample: 0,
-        media: MediaId::VACUUM,
-        branch: 1,
-    };
 
     /// Follows rays of which one in `of` crosses a boundary, up to three in a row, and all others split. Every queue is held to its
     /// limit after every step, and all rays that can be are traced: of n camera rays n 2^d at depth d, not counting crossings.
@@ -135,7 +119,7 @@ mod tests {
         let context = format!("capacity {capacity}, {camera_rays} camera rays, one in {of} crosses, {order:?}");
         let mut levels = Levels::new(MAX_DEPTH, capacity);
         let mut taken = PathRayColumns::with_capacity(Levels::limit(capacity));
-        (0..camera_rays).for_each(|_| levels.primary.push(RAY));
+        (0..camera_rays).for_each(|_| levels.primary.push(PathRay::FOR_TESTS));
         let mut scattered = [0; MAX_DEPTH as usize + 1];
         while let Some((depth, _)) = levels.take(order, &mut taken) {
             assert!(taken.len() <= capacity, "{context}: {} rays at once", taken.len());

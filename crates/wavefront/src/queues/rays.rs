@@ -66,6 +66,25 @@ impl PathRay {
     }
 }
 
+#[cfg(test)]
+impl PathRay {
+    /// Some ray.
+    pub(crate) const FOR_TESTS: PathRay = PathRay {
+        origin_x: 0.0,
+        origin_y: 0.0,
+        origin_z: 0.0,
+        direction_x: 0.0,
+        direction_y: 0.0,
+        direction_z: 1.0,
+        weight: Vec3::ONE,
+        pdf: f32::INFINITY,
+        pixel: 0,
+        sample: 0,
+        media: MediaId::VACUUM,
+        branch: 1,
+    };
+}
+
 impl<'a> PathRaysView<'a> {
     /// The columns that traversal reads.
     pub fn rays(&self) -> Rays<'a> {
