@@ -21,6 +21,7 @@
 //! | spectra to Rec.709 | [`spectrum`] |
 //! | gold, silver, copper … by measured η and k | [`metals`] |
 //! | BK7, SF11, diamond, water … by measured dispersion | [`glasses`] |
+//! | an index for every wavelength, and the wavelength that a path follows | [`dispersion`] |
 //!
 //! Three types matter: [`FresnelModel`](fresnel::FresnelModel), the author's choice of equation, and what it returns,
 //! [`DielectricSplit`](fresnel::DielectricSplit); and [`Metal`](metals::Metal), a complex index for each channel.
@@ -70,6 +71,7 @@ pub mod albedo;
 pub mod basis;
 pub mod color;
 pub mod conductor;
+pub mod dispersion;
 pub mod fresnel;
 pub mod glasses;
 pub mod lambert;
