@@ -222,7 +222,7 @@ impl Editor {
     fn material(&mut self) -> Material {
         let exponent = if self.random.below(30) == 0 { f32::NAN } else { 10.0 * self.random.unit() };
         let fresnel = FresnelModel::Schlick;
-        match self.random.below(6) {
+        match self.random.below(8) {
             0 => Material::Phong { ambient: self.color(), diffuse: self.color(), specular: self.color(), exponent },
             1 => Material::Lambert { albedo: self.color() },
             2 => Material::Metal {
@@ -230,7 +230,7 @@ impl Editor {
                 fresnel,
                 specular: self.color(),
                 exponent,
-                alpha: 0.5,
+                alpha: self.random.unit(),
             },
             3 => {
                 let reflectance = Reflectance::Index { eta: Vec3::splat(0.2), k: self.random.vector(3.0).abs() };
@@ -251,8 +251,20 @@ impl Editor {
                     exponent,
                     absorption: Vec3::ONE,
                     priority: 0,
-                    alpha: 0.25,
-                    thin: false,
+                    alpha: self.random.unit(),
+                    thin: self.random.below(2) == 0,
+                }
+            }
+            5 => Material::RoughDiffuse { albedo: self.color(), roughness: self.random.unit() },
+            6 => {
+                let (r0, edge_tint) = (Vec3::splat(self.random.unit()), Vec3::splat(self.random.unit()));
+                let reflectance = Reflectance::EdgeTint { r0, edge_tint };
+                Material::Metal {
+                    reflectance,
+                    fresnel: FresnelModel::Exact,
+                    specular: self.color(),
+                    exponent,
+                    alpha: 0.0,
                 }
             }
             _ => Material::Emissive { radiance: self.color() },

@@ -103,6 +103,25 @@ fn shapes_that_are_none_are_left_out() {
     }
 }
 
+/// It wears its own shape and its own material before another's, even where they are none.
+#[test]
+fn a_bad_shape_or_material_takes_the_place_of_a_good_one_of_another() {
+    check("radius is -1", |scene| {
+        let ball = scene.spawn(BALL).id();
+        let entity = scene.spawn((UsesShape(ball), GRAY)).id();
+        assert_eq!((scene.flatten().instances.added, scene.buffers().instances.len()), (2, 2));
+        scene.world_mut().entity_mut(entity).insert(Shape::Sphere { radius: -1.0 });
+        entity
+    });
+    check("a color must be finite", |scene| {
+        let gray = scene.spawn(GRAY).id();
+        let entity = scene.spawn((BALL, UsesMaterial(gray))).id();
+        assert_eq!((scene.flatten().instances.added, scene.buffers().instances.len()), (2, 2));
+        scene.world_mut().entity_mut(entity).insert(Material::Lambert { albedo: Color::gray(-1.0) });
+        entity
+    });
+}
+
 #[test]
 fn materials_that_are_none_are_left_out() {
     let metal = |reflectance, fresnel| Material::Metal {

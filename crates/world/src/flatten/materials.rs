@@ -140,6 +140,8 @@ pub(super) fn regroup_materials(
         }
     }
     edits.rewired.extend(moves.arrived);
+    // One that wore another's material and has got a bad one of its own is no instance any longer.
+    edits.rewired.extend(index.directory.invalid.keys());
 }
 
 /// The kind of a material.

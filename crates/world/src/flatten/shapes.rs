@@ -134,6 +134,8 @@ pub(super) fn regroup_shapes(
         *shape = new;
     }
     edits.rewired.extend(moves.arrived);
+    // One that wore another's shape and has got a bad one of its own is no instance any longer.
+    edits.rewired.extend(index.directory.invalid.keys());
 }
 
 /// Notes the instances whose shape is another one than before: they may be out of bounds now, and the top tree has to follow.
