@@ -67,11 +67,13 @@ impl Session {
     /// A session with the scene file at `path`, which is not read yet.
     pub fn new(path: impl Into<PathBuf>, options: SessionOptions) -> Session {
         let path = path.into();
+        let SessionOptions { mut load, settings } = options;
+        load.integrator = settings.integrator.or(load.integrator);
         Session {
             dependencies: vec![path.clone()],
             path,
-            settings: options.settings,
-            importer: Importer::new(options.load),
+            settings,
+            importer: Importer::new(load),
             scene: Scene::new(),
             report: FlattenReport::default(),
             warnings: Vec::new(),

@@ -22,6 +22,8 @@ pub struct Camera {
     pub aperture_radius: f32,
     /// Distance along `forward` that is sharp, in meters.
     pub focus_distance: f32,
+    /// Blades of the aperture, a regular polygon with a corner at the top, 3 or more; 0 for a round one.
+    pub blades: u32,
     /// The entity's scene key; rows are in its order.
     pub key: u64,
 }
@@ -71,6 +73,7 @@ mod tests {
             projection,
             aperture_radius: 0.0,
             focus_distance: 1.0,
+            blades: 0,
             key: 0,
         }
     }

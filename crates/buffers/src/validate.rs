@@ -154,7 +154,7 @@ fn is_lit(light: &Light) -> bool {
 }
 
 fn sees(camera: &Camera) -> bool {
-    let Camera { position, right, up, forward, projection, aperture_radius, focus_distance, .. } = camera;
+    let Camera { position, right, up, forward, projection, aperture_radius, focus_distance, blades, .. } = camera;
     let extent = match *projection {
         Projection::Perspective(tangent) => tangent,
         Projection::Orthographic(half_height) => half_height,
@@ -167,6 +167,7 @@ fn sees(camera: &Camera) -> bool {
         && extent.is_finite()
         && *aperture_radius >= 0.0
         && *focus_distance > 0.0
+        && !matches!(blades, 1 | 2)
         && (aperture_radius + focus_distance).is_finite()
 }
 
@@ -224,6 +225,7 @@ mod tests {
             projection: Projection::Perspective(0.5),
             aperture_radius: 0.0,
             focus_distance: 1.0,
+            blades: 0,
             key: 5,
         });
         buffers

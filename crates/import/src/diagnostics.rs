@@ -124,6 +124,8 @@ codes! {
     Singular = "singular-transform",
     /// Parts of an entity that do not go together.
     Composition = "composition",
+    /// Something that the integrator does not render.
+    Integrator = "integrator",
     /// A mesh file that cannot be used.
     Mesh = "mesh",
     /// A picture that cannot be used.
@@ -237,7 +239,7 @@ impl Diagnostic {
 }
 
 /// The valid name nearest to what was found: by Damerau-Levenshtein distance, at most a third of the letters (rounded), whatever
-/// their case.
+/// their case. Among equals, the first.
 pub(crate) fn nearest<'a>(found: &str, valid: &[&'a str]) -> Option<&'a str> {
     let found = found.to_lowercase();
     let distance = |name: &str| strsim::damerau_levenshtein(&found, &name.to_lowercase());
@@ -250,7 +252,7 @@ pub(crate) fn nearest<'a>(found: &str, valid: &[&'a str]) -> Option<&'a str> {
         .filter(|name| name.chars().count() <= 64)
         .map(|&name| (distance(name), name))
         .filter(|&(distance, name)| 3 * distance <= longest.max(name.chars().count()) + 1)
-        .min()
+        .min_by_key(|&(distance, _)| distance)
         .map(|(_, name)| name)
 }
 

@@ -33,6 +33,7 @@
 //! ```
 
 mod diagnostics;
+mod environment;
 mod findings;
 mod hash;
 mod image;
@@ -47,6 +48,8 @@ mod source;
 
 use std::path::{Path, PathBuf};
 
+use brewster_world::components::parts::Integrator;
+
 pub use diagnostics::{Code, Diagnostic, Excerpt, Severity};
 pub use limits::Limits;
 pub use scene::{Applied, Imported, Scene};
@@ -60,6 +63,8 @@ pub struct LoadOptions {
     pub allow_paths: Vec<PathBuf>,
     /// Paths and values that take the place of what the scene file says, such as `materials.glass.ior` and `1.33`.
     pub overrides: Vec<(String, String)>,
+    /// The integrator that takes the place of the scene's; what it does not render is an error.
+    pub integrator: Option<Integrator>,
     /// How large a scene may be.
     pub limits: Limits,
 }
@@ -128,9 +133,9 @@ impl Importer {
         path: &Path,
         read: impl FnOnce(&mut Session) -> Option<source::SourceId>,
     ) -> Result<Loaded, Failure> {
-        let LoadOptions { allow_paths, overrides, limits } = &self.options;
+        let LoadOptions { allow_paths, overrides, integrator, limits } = &self.options;
         let mut session = Session::new(path, allow_paths, *limits, &mut self.assets);
-        let scene = read(&mut session).and_then(|source| ron::load(&mut session, source, path, overrides));
+        let scene = read(&mut session).and_then(|source| ron::load(&mut session, source, path, overrides, *integrator));
         let (dependencies, hash) = (session.dependencies, session.digest.finish());
         let diagnostics = session.found.finish();
         match scene {

@@ -5,9 +5,10 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use brewster_world::components::parts::{Image, TriangleMesh};
+use brewster_world::components::parts::{EnvironmentMap, Image, Integrator, TriangleMesh};
 
 use crate::diagnostics::{Code, Diagnostic, Severity, nearest};
+use crate::environment::View;
 use crate::findings::Findings;
 use crate::hash::Digest;
 use crate::limits::{Budget, Limits};
@@ -24,6 +25,10 @@ pub(crate) struct Session<'i> {
     pub digest: Digest,
     pub budgets: Budgets,
     pub assets: &'i mut Assets,
+    /// The integrator that is to render the scene.
+    pub integrator: Integrator,
+    /// What it does not render, with the place.
+    pub refused: Vec<(Span, &'static str)>,
     sandbox: Sandbox,
 }
 
@@ -40,6 +45,8 @@ pub(crate) struct Budgets {
 pub(crate) struct Assets {
     pub images: BTreeMap<PathBuf, (u64, Arc<Image>)>,
     pub meshes: BTreeMap<PathBuf, (u64, Arc<TriangleMesh>)>,
+    /// The last map of the sky, and what it was made of.
+    pub sky: Option<(Arc<Image>, View, Arc<EnvironmentMap>)>,
 }
 
 /// A file that a scene refers to.
@@ -67,6 +74,8 @@ impl<'i> Session<'i> {
             digest: Digest::default(),
             budgets,
             assets,
+            integrator: Integrator::Whitted,
+            refused: Vec::new(),
             sandbox: Sandbox::new(scene, allowed),
         }
     }
@@ -197,10 +206,11 @@ impl<'i> Session<'i> {
         let wanted = self.sources.get(span.source).folder.join(name);
         let folder = wanted.parent()?.canonicalize().ok()?;
         let entries = std::fs::read_dir(&folder).ok()?.take(1000).filter_map(Result::ok);
-        let names: Vec<String> = entries
+        let mut names: Vec<String> = entries
             .map(|entry| entry.file_name().to_string_lossy().into_owned())
             .filter(|entry| self.sandbox.resolve(&folder, Path::new(entry)).is_ok())
             .collect();
+        names.sort_unstable();
         let names: Vec<&str> = names.iter().map(String::as_str).collect();
         let near = nearest(&wanted.file_name()?.to_string_lossy(), &names)?;
         let beside = Path::new(name).parent().unwrap_or(Path::new("")).join(near);

@@ -22,6 +22,7 @@
 //!     projection: Projection::Perspective(1.0),
 //!     aperture_radius: 0.0,
 //!     focus_distance: 1.0,
+//!     blades: 0,
 //!     key: 0,
 //! });
 //!

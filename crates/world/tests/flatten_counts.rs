@@ -194,7 +194,7 @@ fn a_tree_is_built_once_for_each_mesh_and_dropped_with_it() {
 fn a_material_of_another_kind_is_mapped_anew() {
     let mut scene = Scene::new();
     let checker = |size| Color::Texture(Texture::Checker { a: Vec3::ZERO, b: Vec3::ONE, size });
-    let emissive = Material::Emissive { radiance: checker(2.0) };
+    let emissive = Material::Emissive { radiance: checker(2.0), two_sided: true };
     let materials: Vec<Entity> = [Material::Lambert { albedo: checker(1.0) }, GRAY, emissive.clone()]
         .into_iter()
         .map(|material| scene.spawn(material).id())
@@ -213,7 +213,7 @@ fn a_material_of_another_kind_is_mapped_anew() {
 
     // The second becomes emissive: it takes the first emissive row, and the third material the second one.
     let report = after(&mut scene, |scene| {
-        let new = Material::Emissive { radiance: Color::WHITE };
+        let new = Material::Emissive { radiance: Color::WHITE, two_sided: true };
         *scene.world_mut().get_mut::<Material>(materials[1]).unwrap() = new;
     });
     assert_eq!((report.materials, report.instances), (rewritten(2), RowEdits::default()));

@@ -267,7 +267,7 @@ impl Editor {
                     alpha: 0.0,
                 }
             }
-            _ => Material::Emissive { radiance: self.color() },
+            _ => Material::Emissive { radiance: self.color(), two_sided: self.random.below(2) == 0 },
         }
     }
 
@@ -359,7 +359,7 @@ impl Editor {
         }
         if let Some(mut material) = self.world().get_mut::<Material>(entity)
             && let Material::Lambert { albedo: old }
-            | Material::Emissive { radiance: old }
+            | Material::Emissive { radiance: old, .. }
             | Material::Phong { diffuse: old, .. } = &mut *material
         {
             *old = color;

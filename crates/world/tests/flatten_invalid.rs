@@ -153,7 +153,7 @@ fn materials_that_are_none_are_left_out() {
     };
     for (material, expected) in [
         (Material::Lambert { albedo: Color::gray(f32::NAN) }, "a color must be finite"),
-        (Material::Emissive { radiance: Color::gray(-1.0) }, "a color must be finite"),
+        (Material::Emissive { radiance: Color::gray(-1.0), two_sided: true }, "a color must be finite"),
         (metal(normal(1.5), FresnelModel::Schlick), "colors must be 0 to 1"),
         (metal(normal(0.5), FresnelModel::Exact), "with an index Exact"),
         (metal(index(0.5, 1.0), FresnelModel::SchlickThetaM), "must be Schlick"),
@@ -193,8 +193,13 @@ fn lights_and_cameras_that_are_none_are_left_out() {
     let camera = |vfov| Camera { projection: Projection::Perspective { vfov }, lens: None };
     check("angle of view", |scene| scene.spawn(camera(4.0)).id());
     check("flatten its view", |scene| scene.spawn((camera(1.0), scaled(1.0, 0.0, 1.0))).id());
-    let lens = Some(Lens { aperture_radius: -1.0, focus_distance: 1.0 });
-    check("lens", |scene| scene.spawn(Camera { lens, ..camera(1.0) }).id());
+    for (lens, expected) in [
+        (Lens { aperture_radius: -1.0, focus_distance: 1.0, blades: 0 }, "radius of at least 0"),
+        (Lens { aperture_radius: 1.0, focus_distance: 0.0, blades: 0 }, "focus distance above 0"),
+        (Lens { aperture_radius: 1.0, focus_distance: 1.0, blades: 2 }, "3 blades or more"),
+    ] {
+        check(expected, |scene| scene.spawn(Camera { lens: Some(lens), ..camera(1.0) }).id());
+    }
 }
 
 #[test]

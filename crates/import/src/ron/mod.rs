@@ -18,6 +18,9 @@ mod values;
 
 use std::path::Path;
 
+use brewster_world::components::parts::Integrator;
+
+use crate::diagnostics::Code;
 use crate::scene::Scene;
 use crate::session::Session;
 use crate::source::SourceId;
@@ -31,17 +34,40 @@ pub(crate) fn load(
     source: SourceId,
     path: &Path,
     overrides: &[(String, String)],
+    integrator: Option<Integrator>,
 ) -> Option<Scene> {
     let name = session.sources.get(source).name.clone();
     let scene = read(session, source, overrides)?;
+    session.integrator = integrator.unwrap_or(convert::integrator(&scene.settings.integrator));
     let canonical = path.canonicalize().unwrap_or_else(|_| path.to_path_buf());
     let mut resolver = Resolver::new(session, canonical, name.clone());
     let content = resolver.content("", &scene);
+    if resolver.session.integrator == Integrator::Path && scene.settings.transparent_shadows.value {
+        resolver.session.refused.push((scene.settings.transparent_shadows.span, "transparent shadows"));
+    }
+    report_refused(resolver.session);
     let scene = spawn::spawn(&mut resolver, &scene, &content)?;
     if session.found.errors() == 0 {
         check::check(session, &scene, &name);
     }
     (session.found.errors() == 0).then_some(scene)
+}
+
+/// Reports what the integrator does not render, each kind of thing once.
+fn report_refused(session: &mut Session) {
+    let refused = std::mem::take(&mut session.refused);
+    for (at, &(span, what)) in refused.iter().enumerate() {
+        if refused[..at].iter().any(|&(_, earlier)| earlier == what) {
+            continue;
+        }
+        let message = format!("the integrator {:?} does not render {what}", session.integrator);
+        let others = refused[at + 1..].iter().filter(|&&(_, other)| other == what).count();
+        let error = session.sources.error(Code::Integrator, span, message).help(match session.integrator {
+            Integrator::Whitted => "`settings: (integrator: Path)` does",
+            Integrator::Path => "`settings: (integrator: Whitted)` does",
+        });
+        session.found.push(if others > 0 { error.note(format!("this is the first of {}", others + 1)) } else { error });
+    }
 }
 
 /// What a source says, as far as it can be read. Errors are reported; `None` stands for nothing at all.

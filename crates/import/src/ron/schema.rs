@@ -26,6 +26,7 @@ const CONE_ANGLE: Range = Range { text: "above 0, at most 90", admits: |x| x > 0
 const INNER_ANGLE: Range = Range { text: "0 to 90", admits: |x| (0.0..=90.0).contains(&x) };
 const PIXELS: Range = Range { text: "1 to 65536", admits: |x| (1.0..=65536.0).contains(&x) };
 const SAMPLES: Range = Range { text: "1 to 1048576", admits: |x| (1.0..=1048576.0).contains(&x) };
+const BLADES: Range = Range { text: "0, or 3 to 100", admits: |x| x == 0.0 || (3.0..=100.0).contains(&x) };
 const DEPTH: Range = Range { text: "0 to 1000", admits: |x| (0.0..=1000.0).contains(&x) };
 const STOPS: Range = Range { text: "-100 to 100", admits: |x| (-100.0..=100.0).contains(&x) };
 
@@ -55,19 +56,30 @@ schema! {
     record Settings {
         /// Width and height of the picture.
         resolution: [u32; 2] as "pixels" where PIXELS = "(960, 540)" => "(480, 270)",
-        /// How light is carried.
-        integrator: Integrator = "Whitted" => "Whitted",
-        /// The number of interactions on a path that may scatter on. 0 shows direct light alone.
+        /// How light is carried. Materials that are not the lectures' need `Path`.
+        integrator: Integrator = "Whitted" => "Path",
+        /// The number of interactions on a path that may scatter on. 0 shows direct light alone, and with `Path`
+        /// only what shines itself.
         max_depth: u32 where DEPTH = "2" => "5",
         /// Samples per pixel.
         samples: u32 where SAMPLES = "16" => "64",
         /// Chooses the pattern of samples.
         seed: u64 = "0" => "7",
+        /// Where the numbers come from that decide what a sample does.
+        sampler: Sampler = "Sobol" => "Independent",
+        /// `Path`: a dielectric sends a ray to either side while the number of interactions before it is below this, later
+        /// one of them by chance.
+        split_depth: u32 where DEPTH = "1" => "3",
+        /// `Path`: whether rays of little weight are ended by chance, and the others carry what they would have brought.
+        roulette: bool = "true" => "false",
+        /// `Path`: the largest radiance that one contribution may bring: less noise, and light is missing. Without it nothing
+        /// is held back.
+        clamp: Option<f32> as "nit" where ABOVE_ZERO => "20",
         /// How samples lie around their pixel.
         filter: PixelFilter = "BlackmanHarris" => "Box",
-        /// Whether light passes dielectrics on its way to a surface, weakened by transmittance and absorption. Otherwise
-        /// they cast full shadows.
-        transparent_shadows: bool = "false" => "true",
+        /// `Whitted`: whether light passes dielectrics on its way to a surface, weakened by transmittance and absorption.
+        /// Otherwise they cast full shadows.
+        transparent_shadows: Spanned<bool> = "false" => "true",
         /// Rays whose largest weight falls below it are not followed. 0 follows all.
         contribution_threshold: f32 where ZERO_OR_MORE = "0" => "0.001",
         /// The picture is scaled by 2 to this power before tone mapping.
@@ -80,6 +92,16 @@ schema! {
     choice Integrator {
         /// The deterministic algorithm of the lectures: every dielectric hit sends a ray to either side.
         Whitted {},
+        /// Path tracing, unbiased: light from everywhere, by chance. It takes every material but Phong's.
+        Path {},
+    }
+
+    /// Where numbers come from.
+    choice Sampler {
+        /// Owen-scrambled Sobol points: even over every pixel and over its neighbors.
+        Sobol {},
+        /// Without any relation to each other.
+        Independent {},
     }
 
     /// How samples lie around their pixel.
@@ -132,12 +154,17 @@ schema! {
         },
     }
 
-    /// A thin lens. The Whitted integrator takes every lens for a pinhole.
+    /// A thin lens, for the integrator `Path`. It takes `aperture_radius` or `f_stop`.
     record Lens {
         /// Radius of the aperture.
-        aperture_radius: f32 as "m" where HOLE = "0" => "0.02",
-        /// Distance along the view axis that is sharp.
-        focus_distance: f32 as "m" where LENGTH => "6",
+        aperture_radius: Option<f32> as "m" where HOLE => "0.02",
+        /// Focal length over the aperture's diameter, for the focal length that has the camera's angle of view on full-frame
+        /// film, 24 mm high. For perspective cameras.
+        f_stop: Option<f32> where ABOVE_ZERO => "2.8",
+        /// Distance along the view axis that is sharp; as far as `target` where absent.
+        focus_distance: Option<f32> as "m" where LENGTH => "6",
+        /// Blades of the aperture, a regular polygon with a corner at the top; 0 is round.
+        blades: u32 where BLADES = "0" => "6",
     }
 
     /// A background that is not one color.
@@ -151,6 +178,26 @@ schema! {
             /// Straight down; as the horizon where absent.
             ground: Option<Rgb> as "nit" where ZERO_OR_MORE => "0.1",
         },
+        /// A picture of the whole sky: longitude across, from the zenith at the top down to the nadir. Its middle column is
+        /// seen toward +X and the one a quarter before it toward -Z, as in glTF.
+        Environment {
+            /// The file, seen from the folder of the scene file: Radiance HDR or OpenEXR, or any other picture.
+            file: Spanned<String> => "\"sky.exr\"",
+            /// The picture is turned about the y axis, counterclockwise as seen from above.
+            rotation: f32 as "degrees" = "0" => "-90",
+            /// Where its rows lie.
+            rows: Rows = "Centers" => "Poles",
+            /// Factor of what the picture shows.
+            intensity: f32 where ZERO_OR_MORE = "1" => "2.5",
+        },
+    }
+
+    /// Where the rows of a picture of the sky lie.
+    choice Rows {
+        /// In the middle of bands of equal height: the usual.
+        Centers {},
+        /// The first at the zenith, the last at the nadir, as in Mitsuba.
+        Poles {},
     }
 
     /// What a surface does to light.
@@ -171,7 +218,15 @@ schema! {
             /// The part of the light that comes back.
             albedo: Paint where ZERO_OR_MORE = "0.5" => "\"#c04020\"",
         },
-        /// An opaque conductor. It takes `r0`, or `eta` and `k`, or `of`.
+        /// A diffuse surface that shadows itself: clay, dust, the moon. The energy-preserving model of Oren and Nayar; for
+        /// `Path`.
+        RoughDiffuse {
+            /// The part of the light that would come back, were it smooth.
+            albedo: Paint where ZERO_OR_MORE = "0.5" => "\"#c04020\"",
+            /// 0 is `Lambert`.
+            roughness: f32 where ZERO_TO_ONE = "0.5" => "1",
+        },
+        /// An opaque conductor. It takes `r0`, or `eta` and `k`, or `of`; and `alpha` or `roughness`.
         Metal {
             /// Reflectance at normal incidence.
             r0: Option<Paint> where ZERO_TO_ONE => "(0.3, 0.4, 0.9)",
@@ -181,15 +236,23 @@ schema! {
             k: Option<Rgb> where ZERO_OR_MORE => "(3.98, 2.39, 1.6)",
             /// A measured metal, by its symbol or its name.
             of: Option<Spanned<String>> => "\"Au\"",
+            /// Beside `r0`: color of the edge, from which the index follows after Gulbrandsen; a color for all of the surface.
+            edge_tint: Option<Rgb> where ZERO_TO_ONE => "(0.9, 0.7, 0.5)",
+            /// Beside `r0`: color of the edge at 82 degrees, as a factor of Schlick's curve.
+            f82: Option<Rgb> where ZERO_TO_ONE => "(1, 0.9, 0.8)",
             /// How reflectance grows toward grazing angles: `Exact` where an index is known and `Schlick` with `r0`, if
             /// absent.
             fresnel: Option<Spanned<Fresnel>> => "Schlick",
-            /// Factor of the highlight, beside the reflectance at normal incidence.
+            /// Width of the GGX distribution of facets: 0 is a mirror, anything else is for `Path`.
+            alpha: Option<f32> where ZERO_TO_ONE => "0.2",
+            /// The same as artists turn it: its square is `alpha`.
+            roughness: Option<f32> where ZERO_TO_ONE => "0.45",
+            /// `Whitted`: factor of the highlight, beside the reflectance at normal incidence.
             specular: Paint where ZERO_OR_MORE = "1" => "0.5",
-            /// Exponent of the highlight.
+            /// `Whitted`: exponent of the highlight.
             exponent: f32 where ZERO_OR_MORE = "100" => "300",
         },
-        /// A transparent solid. It takes `ior`, or `reflectance`, or `glass`.
+        /// A transparent solid. It takes `ior`, or `reflectance`, or `glass`; and `alpha` or `roughness`.
         Dielectric {
             /// Index of refraction.
             ior: Option<f32> where ONE_OR_MORE => "1.5",
@@ -199,20 +262,37 @@ schema! {
             glass: Option<Spanned<String>> => "\"SF11\"",
             /// How the reflected part is computed.
             fresnel: Fresnel = "Exact" => "SchlickThetaM",
-            /// Factor of the highlight, beside the reflected or the transmitted part.
+            /// Width of the GGX distribution of facets: 0 is smooth, anything else is for `Path`.
+            alpha: Option<f32> where ZERO_TO_ONE => "0.2",
+            /// The same as artists turn it: its square is `alpha`.
+            roughness: Option<f32> where ZERO_TO_ONE => "0.45",
+            /// Whether the surface is a whole sheet, too thin to be inside of: light goes straight on, after any number of
+            /// reflections between both faces. For `Path`.
+            thin: bool = "false" => "true",
+            /// `Whitted`: factor of the highlight, beside the reflected or the transmitted part.
             specular: Paint where ZERO_OR_MORE = "1" => "0.5",
-            /// Exponent of the highlight.
+            /// `Whitted`: exponent of the highlight.
             exponent: f32 where ZERO_OR_MORE = "100" => "300",
             /// What the inside takes away, after Beer and Lambert.
             absorption: Rgb as "1/m" where ZERO_OR_MORE = "0" => "(0.1, 0.02, 0.05)",
             /// Where solids overlap the highest counts; at equal priority the one entered last.
             priority: i32 = "0" => "1",
         },
-        /// A surface that sends out light from both sides and reflects none.
+        /// A surface that sends out light and reflects none. With `Whitted` it is seen and lights nothing.
         Emissive {
             /// The light.
             radiance: Paint as "nit" where ZERO_OR_MORE = "1" => "(5, 4, 3)",
+            /// Which sides shine.
+            sides: Sides = "Both" => "Front",
         },
+    }
+
+    /// Sides of a surface.
+    choice Sides {
+        /// The one that the normal points to: the outside of solids.
+        Front {},
+        /// Both.
+        Both {},
     }
 
     /// How a reflectance is computed.
@@ -245,7 +325,7 @@ schema! {
             /// Which coordinate.
             axis: Axis = "V" => "U",
         },
-        /// A picture file: PNG, JPEG, WebP or Radiance HDR.
+        /// A picture file: PNG, JPEG, WebP, Radiance HDR or OpenEXR.
         Image {
             /// The file, seen from the folder of the scene file.
             file: Spanned<String> => "\"wood.png\"",

@@ -21,6 +21,7 @@ use super::values::Spanned;
 /// The rows of a scene. An error takes the place of rows that would be too many.
 pub(crate) fn spawn(resolver: &mut Resolver, scene: &schema::Scene, content: &Content) -> Option<Scene> {
     let cameras = cameras(resolver.session, scene);
+    let background = convert::background(resolver.session, &scene.background);
     let mut rows = Vec::new();
     check_count(resolver, content, cameras.len())?;
     for definition in std::mem::take(&mut resolver.definitions) {
@@ -40,8 +41,8 @@ pub(crate) fn spawn(resolver: &mut Resolver, scene: &schema::Scene, content: &Co
     }
     placer.adopt(content, &placed);
     Some(Scene {
-        settings: world::Settings(convert::settings(&scene.settings)),
-        background: world::Background(convert::background(&scene.background)),
+        settings: world::Settings(convert::settings(&scene.settings, resolver.session.integrator)),
+        background: world::Background(background?),
         rows: placer.rows,
     })
 }

@@ -2,7 +2,9 @@
 
 mod broken_scenes;
 mod edits;
+mod loaded;
 mod manual;
 mod mutations;
+mod path;
 mod random;
 mod scenes;

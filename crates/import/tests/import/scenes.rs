@@ -4,7 +4,7 @@ use bevy_ecs::entity::Entity;
 use bevy_ecs::hierarchy::ChildOf;
 use bevy_ecs::name::Name;
 use bevy_ecs::world::World;
-use brewster_import::{Importer, LoadOptions, Loaded, load_scene};
+use brewster_import::{Importer, LoadOptions, load_scene};
 use brewster_world::components::parts::{self, FresnelModel, Texture};
 use brewster_world::components::{
     Camera, Color, Falloff, Light, Material, Projection, Reflectance, Settings, Shape, Transform, UsesMaterial,
@@ -12,41 +12,7 @@ use brewster_world::components::{
 };
 use glam::{Affine3A, Vec2, Vec3};
 
-fn load(text: &str) -> (Loaded, World) {
-    load_with(text, LoadOptions::default())
-}
-
-fn load_with(text: &str, options: LoadOptions) -> (Loaded, World) {
-    let loaded =
-        Importer::new(options).load_text("scene.ron".as_ref(), text).unwrap_or_else(|failure| panic!("{failure}"));
-    let mut world = World::new();
-    loaded.scene.apply(&mut world);
-    (loaded, world)
-}
-
-fn named(world: &mut World, name: &str) -> Entity {
-    let mut query = world.query::<(Entity, &Name)>();
-    let found: Vec<Entity> =
-        query.iter(world).filter(|(_, found)| found.as_str() == name).map(|(entity, _)| entity).collect();
-    assert_eq!(found.len(), 1, "{name} is there once");
-    found[0]
-}
-
-fn get<C: bevy_ecs::component::Component + Clone>(world: &mut World, name: &str) -> C {
-    let entity = named(world, name);
-    world.get::<C>(entity).unwrap_or_else(|| panic!("{name} has none")).clone()
-}
-
-/// Where an entity's origin is in the world.
-fn position(world: &World, entity: Entity) -> Vec3 {
-    let mut place = Affine3A::IDENTITY;
-    let mut at = Some(entity);
-    while let Some(entity) = at {
-        place = world.get::<Transform>(entity).expect("it is somewhere").0 * place;
-        at = world.get::<ChildOf>(entity).map(ChildOf::parent);
-    }
-    place.translation.into()
-}
+use crate::loaded::{get, load, load_with, named, position};
 
 #[test]
 fn the_smallest_scenes_load() {
@@ -98,7 +64,7 @@ fn every_material_says_what_it_says() {
         ("lambert", Material::Lambert { albedo: Color::Constant(Vec3::X) }),
         ("r0", metal(normal, FresnelModel::Schlick, 100.0)),
         ("index", metal(index, FresnelModel::Schlick, 7.0)),
-        ("glow", Material::Emissive { radiance: Color::Texture(ramp) }),
+        ("glow", Material::Emissive { radiance: Color::Texture(ramp), two_sided: true }),
     ] {
         assert_eq!(get::<Material>(&mut world, name), expected, "{name}");
     }

@@ -37,4 +37,6 @@ pub struct Lens {
     pub aperture_radius: f32,
     /// Distance along the view axis that is sharp, in meters, above zero.
     pub focus_distance: f32,
+    /// Blades of the aperture, a regular polygon with a corner at the top: 3 or more, or 0 for a round one.
+    pub blades: u32,
 }

@@ -70,10 +70,12 @@ pub enum Material {
         /// reflections between the two faces.
         thin: bool,
     },
-    /// A surface that sends out light of its own from both sides and reflects none.
+    /// A surface that sends out light of its own and reflects none.
     Emissive {
         /// Radiance in nit (used as linear RGB), zero or more.
         radiance: Color,
+        /// Whether its back sends out light, too, and not its front alone.
+        two_sided: bool,
     },
 }
 

@@ -18,7 +18,8 @@ pub use transform::{SceneKey, Transform, WorldTransform};
 /// What components are made of: types of the crates below, under one roof, so that an importer needs no other.
 pub mod parts {
     pub use brewster_buffers::{
-        Axis, Background, Image, Integrator, PixelFilter, SamplerKind, Settings, Texture, ToneMapping,
+        Axis, Background, EnvironmentMap, Image, Integrator, MapRows, PixelFilter, SamplerKind, Settings, Texture,
+        ToneMapping,
     };
     pub use brewster_geometry::{Affine, TriangleMesh};
     pub use brewster_optics::fresnel::FresnelModel;

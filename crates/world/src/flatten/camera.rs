@@ -16,7 +16,7 @@ use super::Buffers;
 use super::directory::Owner;
 use super::report::{FlattenReport, Problem};
 use super::rows::overwrite;
-use crate::components::{Camera, Projection, SceneKey, WorldTransform};
+use crate::components::{Camera, Lens, Projection, SceneKey, WorldTransform};
 use crate::systems::{Moved, Watch, for_each_changed};
 
 /// Which cameras were left out.
@@ -79,10 +79,13 @@ fn flatten(camera: &Camera, place: Affine3A, name: &str, key: u64) -> Result<buf
         }
         Projection::Orthographic { .. } => return Err("a camera's height must be above 0"),
     };
-    let (aperture_radius, focus_distance) =
-        camera.lens.map_or((0.0, 1.0), |lens| (lens.aperture_radius, lens.focus_distance));
+    let pinhole = Lens { aperture_radius: 0.0, focus_distance: 1.0, blades: 0 };
+    let Lens { aperture_radius, focus_distance, blades } = camera.lens.unwrap_or(pinhole);
     if !(aperture_radius >= 0.0 && aperture_radius.is_finite() && focus_distance > 0.0 && focus_distance.is_finite()) {
         return Err("a lens must have a radius of at least 0 and a focus distance above 0");
+    }
+    if matches!(blades, 1 | 2) {
+        return Err("a lens must have 3 blades or more, or none");
     }
     Ok(buffers::Camera {
         name: name.to_owned(),
@@ -93,6 +96,7 @@ fn flatten(camera: &Camera, place: Affine3A, name: &str, key: u64) -> Result<buf
         projection,
         aperture_radius,
         focus_distance,
+        blades,
         key,
     })
 }

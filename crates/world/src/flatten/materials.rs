@@ -167,7 +167,7 @@ fn colors(material: &Material) -> [Option<&Color>; 3] {
         | Material::Lambert { albedo: color }
         | Material::RoughDiffuse { albedo: color, .. }
         | Material::Dielectric { specular: color, .. }
-        | Material::Emissive { radiance: color } => [Some(color), None, None],
+        | Material::Emissive { radiance: color, .. } => [Some(color), None, None],
     }
 }
 
@@ -210,8 +210,8 @@ fn put(materials: &mut Materials, textures: &mut TextureWriter<'_>, material: &M
                 buffers::Dielectric { ior, fresnel, specular, exponent, absorption, priority, alpha, thin };
             materials.dielectric.put(row, row_of_kind)
         }
-        Material::Emissive { radiance } => {
-            materials.emissive.put(row, buffers::Emissive { radiance: source(radiance), two_sided: true })
+        &Material::Emissive { ref radiance, two_sided } => {
+            materials.emissive.put(row, buffers::Emissive { radiance: source(radiance), two_sided })
         }
     }
 }

@@ -1,5 +1,7 @@
 //! Picture files to linear pixels. Dimensions are checked against the budget before anything is decoded.
 
+mod exr;
+
 use std::io::Cursor;
 use std::sync::Arc;
 
@@ -11,7 +13,8 @@ use crate::diagnostics::Code;
 use crate::session::{Asset, Session};
 use crate::source::Span;
 
-/// The picture in a file that is named at `span`: sRGB decoded, except for HDR, which is linear already. Alpha is dropped.
+/// The picture in a file that is named at `span`: sRGB decoded, except for HDR and EXR, which are
+/// linear already. Alpha is dropped.
 pub(crate) fn load(session: &mut Session, name: &str, span: Span) -> Option<Arc<Image>> {
     let asset = session.read_asset(name, span)?;
     if let Some((digest, image)) = session.assets.images.get(&asset.path)
@@ -26,35 +29,43 @@ pub(crate) fn load(session: &mut Session, name: &str, span: Span) -> Option<Arc<
 }
 
 fn decode(session: &mut Session, asset: &Asset, name: &str, span: Span) -> Option<Image> {
-    let fail = |session: &mut Session, error: image::ImageError| {
-        let message = format!("cannot read the picture {name:?}: {error}");
-        let error = session.sources.error(Code::Image, span, message);
-        session.found.push(error.expected("a PNG, JPEG, WebP or Radiance HDR file"));
+    let decoded = match asset.bytes.starts_with(exr::MAGIC) {
+        true => decode_exr(session, asset, name, span),
+        false => decode_other(session, asset, name, span).map_err(|error| error.to_string()),
     };
-    let reader = ImageReader::new(Cursor::new(&asset.bytes)).with_guessed_format();
-    let decoder = reader.map_err(image::ImageError::IoError).and_then(ImageReader::into_decoder);
-    let mut decoder = match decoder {
-        Ok(decoder) => decoder,
+    match decoded {
+        Ok(image) => image,
         Err(error) => {
-            fail(session, error);
-            return None;
+            let message = format!("cannot read the picture {name:?}: {error}");
+            let error = session.sources.error(Code::Image, span, message);
+            session.found.push(error.expected("a PNG, JPEG, WebP, Radiance HDR or OpenEXR file"));
+            None
         }
-    };
+    }
+}
+
+/// Nothing where the size was reported.
+fn decode_exr(session: &mut Session, asset: &Asset, name: &str, span: Span) -> Result<Option<Image>, String> {
+    let file = exr::File::open(&asset.bytes)?;
+    let [width, height] = file.largest();
+    if !budget(session, name, span, width, height) {
+        return Ok(None);
+    }
+    file.decode().map(Some)
+}
+
+/// Nothing where the size was reported.
+fn decode_other(session: &mut Session, asset: &Asset, name: &str, span: Span) -> image::ImageResult<Option<Image>> {
+    let mut decoder = ImageReader::new(Cursor::new(&asset.bytes)).with_guessed_format()?.into_decoder()?;
     let (width, height) = decoder.dimensions();
     if !budget(session, name, span, width, height) {
-        return None;
+        return Ok(None);
     }
     // Beside the pixels themselves a decoder needs room of its own, in proportion to them.
     let mut limits = image::Limits::no_limits();
     limits.max_alloc = Some((1 << 24) + 32 * u64::from(width) * u64::from(height));
-    let decoded = decoder.set_limits(limits).and_then(|()| DynamicImage::from_decoder(decoder));
-    match decoded {
-        Ok(decoded) => Some(Image { width, height, pixels: linear_pixels(decoded) }),
-        Err(error) => {
-            fail(session, error);
-            None
-        }
-    }
+    decoder.set_limits(limits)?;
+    Ok(Some(Image { width, height, pixels: linear_pixels(DynamicImage::from_decoder(decoder)?) }))
 }
 
 /// Takes a picture's pixels from what a scene may have, or reports that they are too many.
@@ -78,10 +89,11 @@ fn linear_pixels(image: DynamicImage) -> Vec<[f32; 3]> {
         L16 | La16 | Rgb16 | Rgba16 => {
             image.into_rgb16().pixels().map(|pixel| pixel.0.map(linear_from_srgb16)).collect()
         }
-        _ => {
-            // A file can hold what no sensor saw: negative values and NaN count as black, infinity as the largest number.
-            let tame = |value: f32| if value > 0.0 { value.min(f32::MAX) } else { 0.0 };
-            image.into_rgb32f().pixels().map(|pixel| pixel.0.map(tame)).collect()
-        }
+        _ => image.into_rgb32f().pixels().map(|pixel| pixel.0.map(tame)).collect(),
     }
+}
+
+/// A file can hold what no sensor saw: negative values and NaN count as black, infinity as the largest number.
+fn tame(value: f32) -> f32 {
+    if value > 0.0 { value.min(f32::MAX) } else { 0.0 }
 }

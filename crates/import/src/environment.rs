@@ -1,0 +1,50 @@
+//! Pictures of the whole sky.
+
+use std::sync::Arc;
+
+use brewster_world::components::parts::{EnvironmentMap, Image, MapRows};
+
+use crate::diagnostics::Code;
+use crate::image;
+use crate::session::Session;
+use crate::source::Span;
+
+/// How a picture is taken for the sky.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct View {
+    pub rows: MapRows,
+    /// Radians about +Y.
+    pub rotation: f32,
+    /// Factor of its pixels.
+    pub intensity: f32,
+}
+
+/// The sky in a file that is named at `span`. One that was made of the same picture before is given again.
+pub(crate) fn load(session: &mut Session, name: &str, span: Span, view: View) -> Option<Arc<EnvironmentMap>> {
+    let picture = image::load(session, name, span)?;
+    if let Some((of, as_seen, sky)) = &session.assets.sky
+        && Arc::ptr_eq(of, &picture)
+        && *as_seen == view
+    {
+        return Some(Arc::clone(sky));
+    }
+    match EnvironmentMap::new(scaled(&picture, view.intensity), view.rows, view.rotation) {
+        Ok(sky) => {
+            let sky = Arc::new(sky);
+            session.assets.sky = Some((picture, view, Arc::clone(&sky)));
+            Some(sky)
+        }
+        Err(error) => {
+            session.error(Code::Image, span, format!("the picture {name:?} is no sky: {error}"));
+            None
+        }
+    }
+}
+
+fn scaled(picture: &Arc<Image>, factor: f32) -> Arc<Image> {
+    if factor == 1.0 {
+        return Arc::clone(picture);
+    }
+    let pixels = picture.pixels.iter().map(|pixel| pixel.map(|channel| channel * factor)).collect();
+    Arc::new(Image { pixels, ..**picture })
+}

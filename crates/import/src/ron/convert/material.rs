@@ -1,0 +1,264 @@
+//! Materials: names of metals and glasses into indices, roughness into width, and which integrator renders what.
+
+use brewster_optics::{fresnel, glasses, metals};
+use brewster_world::components as world;
+use brewster_world::components::parts::{self, FresnelModel, Integrator};
+use glam::Vec3;
+
+use crate::diagnostics::Code;
+use crate::image;
+use crate::ron::schema::{self, Paint};
+use crate::ron::values::{Either, Rgb, Spanned};
+use crate::session::Session;
+use crate::source::Span;
+
+/// A material.
+pub(crate) fn material(session: &mut Session, material: &Spanned<schema::Material>) -> Option<world::Material> {
+    let span = material.span;
+    let material = match &material.value {
+        schema::Material::Phong { ambient, diffuse, specular, exponent } => world::Material::Phong {
+            ambient: match ambient {
+                Some(ambient) => albedo(session, ambient, "ambient", span)?,
+                None => paint(session, diffuse)?,
+            },
+            diffuse: albedo(session, diffuse, "diffuse", span)?,
+            specular: paint(session, specular)?,
+            exponent: *exponent,
+        },
+        schema::Material::Lambert { albedo: color } => {
+            world::Material::Lambert { albedo: albedo(session, color, "albedo", span)? }
+        }
+        schema::Material::RoughDiffuse { albedo: color, roughness } => {
+            world::Material::RoughDiffuse { albedo: albedo(session, color, "albedo", span)?, roughness: *roughness }
+        }
+        schema::Material::Metal { r0, eta, k, of, edge_tint, f82, fresnel, alpha, roughness, specular, exponent } => {
+            let reflectance = reflectance(session, (r0, eta, k, of), span)?;
+            let reflectance = tinted(session, reflectance, (*edge_tint, *f82), span)?;
+            world::Material::Metal {
+                fresnel: metal_fresnel(session, &reflectance, fresnel.as_ref())?,
+                reflectance,
+                specular: paint(session, specular)?,
+                exponent: *exponent,
+                alpha: width(session, (*alpha, *roughness), span)?,
+            }
+        }
+        dielectric @ schema::Material::Dielectric { .. } => self::dielectric(session, dielectric, span)?,
+        schema::Material::Emissive { radiance, sides } => world::Material::Emissive {
+            radiance: paint(session, radiance)?,
+            two_sided: matches!(sides, schema::Sides::Both {}),
+        },
+    };
+    if let Some(what) = not_rendered(session.integrator, &material) {
+        session.refused.push((span, what));
+    }
+    Some(material)
+}
+
+/// What the material has that the integrator does not render. The integrators' table says what they do with the rest.
+fn not_rendered(integrator: Integrator, material: &world::Material) -> Option<&'static str> {
+    match (integrator, material) {
+        (Integrator::Whitted, world::Material::RoughDiffuse { .. }) => Some("rough diffuse materials"),
+        (Integrator::Whitted, world::Material::Metal { alpha, .. }) if *alpha > 0.0 => Some("rough metals"),
+        (Integrator::Whitted, world::Material::Dielectric { alpha, .. }) if *alpha > 0.0 => Some("rough dielectrics"),
+        (Integrator::Whitted, world::Material::Dielectric { thin: true, .. }) => Some("thin dielectrics"),
+        (Integrator::Path, world::Material::Phong { .. }) => Some("Phong materials"),
+        _ => None,
+    }
+}
+
+fn dielectric(session: &mut Session, material: &schema::Material, span: Span) -> Option<world::Material> {
+    let schema::Material::Dielectric {
+        ior,
+        reflectance,
+        glass,
+        fresnel,
+        alpha,
+        roughness,
+        thin,
+        specular,
+        exponent,
+        absorption,
+        priority,
+    } = material
+    else {
+        return None;
+    };
+    let alpha = width(session, (*alpha, *roughness), span)?;
+    if *thin && alpha > 0.0 {
+        session.error(Code::Conflict, span, "a thin sheet is smooth: `alpha` and `roughness` do not go with `thin`");
+    }
+    if *thin && absorption.0 != Vec3::ZERO {
+        session.error(Code::Conflict, span, "a thin sheet has no inside: `absorption` does not go with `thin`");
+    }
+    Some(world::Material::Dielectric {
+        ior: index(session, (*ior, *reflectance, glass), span)?,
+        fresnel: fresnel_model(fresnel),
+        specular: paint(session, specular)?,
+        exponent: *exponent,
+        absorption: absorption.0,
+        priority: *priority,
+        alpha,
+        thin: *thin,
+    })
+}
+
+/// The GGX width that a surface gets by `alpha`, or as the square of `roughness`.
+fn width(session: &mut Session, fields: (Option<f32>, Option<f32>), span: Span) -> Option<f32> {
+    match fields {
+        (alpha, None) => Some(alpha.unwrap_or(0.0)),
+        (None, Some(roughness)) => Some(roughness * roughness),
+        (Some(_), Some(_)) => {
+            let error = session.sources.error(Code::Conflict, span, "two fields say how rough the surface is");
+            session.found.push(error.expected("one of: `alpha`, `roughness`"));
+            None
+        }
+    }
+}
+
+const METAL_FIELDS: &str = "one of: `r0`, `eta` and `k`, `of`";
+
+type ReflectanceFields<'m> = (&'m Option<Paint>, &'m Option<Rgb>, &'m Option<Rgb>, &'m Option<Spanned<String>>);
+
+fn reflectance(session: &mut Session, fields: ReflectanceFields, span: Span) -> Option<world::Reflectance> {
+    let (code, message) = match fields {
+        (Some(r0), None, None, None) => {
+            return Some(world::Reflectance::Normal { r0: paint(session, r0)?, f82: Vec3::ONE });
+        }
+        (None, Some(eta), Some(k), None) => return Some(world::Reflectance::Index { eta: eta.0, k: k.0 }),
+        (None, None, None, Some(name)) => {
+            let found = metals::metal(&name.value);
+            if found.is_none() {
+                let message = format!("there is no measured metal {:?}", name.value);
+                let error = session.sources.error(Code::UnknownName, name.span, message);
+                session.found.push(error.nearest_name(&name.value, metals::metal_names()));
+            }
+            return found.map(|metal| world::Reflectance::Index { eta: metal.eta, k: metal.k });
+        }
+        (None, Some(_), None, None) | (None, None, Some(_), None) => {
+            session.error(Code::MissingField, span, "an index needs both `eta` and `k`");
+            return None;
+        }
+        (None, None, None, None) => (Code::MissingField, "nothing says what the metal reflects"),
+        _ => (Code::Conflict, "more than one field says what the metal reflects"),
+    };
+    session.found.push(session.sources.error(code, span, message).expected(METAL_FIELDS));
+    None
+}
+
+/// The reflectance with what `edge_tint` or `f82` say of its edge.
+fn tinted(
+    session: &mut Session,
+    reflectance: world::Reflectance,
+    tints: (Option<Rgb>, Option<Rgb>),
+    span: Span,
+) -> Option<world::Reflectance> {
+    let (message, expected) = match (reflectance, tints) {
+        (reflectance, (None, None)) => return Some(reflectance),
+        (world::Reflectance::Normal { r0, .. }, (None, Some(f82))) => {
+            return Some(world::Reflectance::Normal { r0, f82: f82.0 });
+        }
+        (world::Reflectance::Normal { r0: world::Color::Constant(r0), .. }, (Some(edge_tint), None)) => {
+            return Some(world::Reflectance::EdgeTint { r0, edge_tint: edge_tint.0 });
+        }
+        (world::Reflectance::Normal { .. }, (Some(_), None)) => {
+            ("an edge tint needs the same `r0` everywhere", "a color for `r0`, or `f82`")
+        }
+        (world::Reflectance::Normal { .. }, (Some(_), Some(_))) => {
+            ("two fields say what the metal's edge looks like", "one of: `edge_tint`, `f82`")
+        }
+        _ => ("an index says what the metal's edge looks like", "`r0` beside `edge_tint` or `f82`"),
+    };
+    session.found.push(session.sources.error(Code::Conflict, span, message).expected(expected));
+    None
+}
+
+fn metal_fresnel(
+    session: &mut Session,
+    reflectance: &world::Reflectance,
+    fresnel: Option<&Spanned<schema::Fresnel>>,
+) -> Option<FresnelModel> {
+    let has_index = !matches!(reflectance, world::Reflectance::Normal { .. });
+    let Some(fresnel) = fresnel else {
+        return Some(if has_index { FresnelModel::Exact } else { FresnelModel::Schlick });
+    };
+    let (message, expected) = match fresnel.value {
+        schema::Fresnel::Exact {} if !has_index => {
+            ("the Fresnel equations need an index", "`eta` and `k`, or `of`, or `edge_tint` beside `r0`")
+        }
+        schema::Fresnel::SchlickThetaM {} => ("`SchlickThetaM` is for dielectrics", "`Exact` or `Schlick`"),
+        _ => return Some(fresnel_model(&fresnel.value)),
+    };
+    session.found.push(session.sources.error(Code::Conflict, fresnel.span, message).expected(expected));
+    None
+}
+
+fn fresnel_model(fresnel: &schema::Fresnel) -> FresnelModel {
+    match fresnel {
+        schema::Fresnel::Exact {} => FresnelModel::Exact,
+        schema::Fresnel::Schlick {} => FresnelModel::Schlick,
+        schema::Fresnel::SchlickThetaM {} => FresnelModel::SchlickThetaM,
+    }
+}
+
+fn index(
+    session: &mut Session,
+    fields: (Option<f32>, Option<f32>, &Option<Spanned<String>>),
+    span: Span,
+) -> Option<f32> {
+    let (code, message) = match fields {
+        (Some(ior), None, None) => return Some(ior),
+        (None, Some(reflectance), None) => match fresnel::ior_from_f0(reflectance) {
+            Ok(ior) if ior.is_finite() => return Some(ior),
+            _ => (Code::Range, "no dielectric has this reflectance"),
+        },
+        (None, None, Some(name)) => {
+            let found = glasses::glass(&name.value);
+            if found.is_none() {
+                let message = format!("there is no glass {:?}", name.value);
+                let error = session.sources.error(Code::UnknownName, name.span, message);
+                session.found.push(error.nearest_name(&name.value, glasses::glass_names()));
+            }
+            return found.map(|glass| glass.ior());
+        }
+        (None, None, None) => (Code::MissingField, "nothing says how the dielectric refracts"),
+        _ => (Code::Conflict, "more than one field says how the dielectric refracts"),
+    };
+    session.found.push(session.sources.error(code, span, message).expected("one of: `ior`, `reflectance`, `glass`"));
+    None
+}
+
+/// A color that should not pass 1.
+fn albedo(session: &mut Session, color: &Paint, field: &str, span: Span) -> Option<world::Color> {
+    let largest = match color {
+        Either::Plain(Rgb(color)) => color.max_element(),
+        Either::Choice(schema::Texture::Checker { a, b, .. }) => a.0.max(b.0).max_element(),
+        Either::Choice(schema::Texture::Gradient { from, to, .. }) => from.0.max(to.0).max_element(),
+        Either::Choice(schema::Texture::Image { .. }) => 0.0,
+    };
+    if largest > 1.0 {
+        let message = format!("`{field}` of {largest}: the surface sends back more light than it gets");
+        session.warning(Code::Albedo, span, message);
+    }
+    paint(session, color)
+}
+
+fn paint(session: &mut Session, paint: &Paint) -> Option<world::Color> {
+    let texture = match paint {
+        Either::Plain(color) => return Some(world::Color::Constant(color.0)),
+        Either::Choice(schema::Texture::Checker { a, b, size }) => {
+            parts::Texture::Checker { a: a.0, b: b.0, size: *size }
+        }
+        Either::Choice(schema::Texture::Gradient { from, to, axis }) => parts::Texture::Gradient {
+            from: from.0,
+            to: to.0,
+            axis: match axis {
+                schema::Axis::U {} => parts::Axis::U,
+                schema::Axis::V {} => parts::Axis::V,
+            },
+        },
+        Either::Choice(schema::Texture::Image { file, repeat }) => {
+            parts::Texture::Image { image: image::load(session, &file.value, file.span)?, repeat: *repeat }
+        }
+    };
+    Some(world::Color::Texture(texture))
+}
