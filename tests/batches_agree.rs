@@ -52,7 +52,7 @@ fn in_any_order_on_every_instruction_set() {
         for order in [QueueOrder::ReflectionFirst, QueueOrder::TransmissionFirst] {
             for sort in [SortKey::None, SortKey::Octant] {
                 for capacity in [50, 4096] {
-                    policies.push(Policy { batch: 300, capacity, order, sort, level });
+                    policies.push(Policy { batch: 300, capacity, order, sort, level, ..Policy::default() });
                 }
             }
         }

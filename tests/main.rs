@@ -17,6 +17,7 @@
 mod batches_agree;
 mod closed_forms;
 mod conservation;
+mod energy_accounted;
 mod furnace;
 mod layers;
 mod memory_bounded;

@@ -5,6 +5,7 @@ use brewster_film::{Filter, FilterSampler};
 use brewster_geometry::SceneGeometry;
 use glam::Vec2;
 
+use crate::albedo::Albedos;
 use crate::media::{MediaId, MediaStacks, Medium, media_around};
 use crate::pattern::pattern;
 use crate::policy::Policy;
@@ -29,6 +30,8 @@ pub struct Context<'a> {
     pub sampler: Sampler,
     /// How `Path`'s samples lie around their pixel.
     pub filter: FilterSampler,
+    /// What rough surfaces are expected to send on, if a ledger is kept.
+    pub albedos: Option<Albedos>,
     /// How batches are scheduled.
     pub policy: Policy,
 }
@@ -60,6 +63,7 @@ impl<'a> Context<'a> {
             },
             sampler: Sampler::new(settings.sampler, settings.seed, settings.samples),
             filter,
+            albedos: (policy.ledger && settings.integrator == Integrator::Path).then(|| Albedos::new(scene)),
             policy,
         }
     }

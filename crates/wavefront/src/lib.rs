@@ -34,9 +34,11 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+pub mod albedo;
 pub mod batch;
 pub mod context;
 pub mod integrator;
+pub mod ledger;
 pub mod media;
 mod pattern;
 mod policy;

@@ -15,6 +15,8 @@ pub struct Policy {
     pub sort: SortKey,
     /// The instruction set that kernels run on.
     pub level: Level,
+    /// Whether the path integrator keeps the energy [`ledger`](crate::ledger).
+    pub ledger: bool,
 }
 
 impl Default for Policy {
@@ -25,6 +27,7 @@ impl Default for Policy {
             order: QueueOrder::ReflectionFirst,
             sort: SortKey::None,
             level: Level::detect(),
+            ledger: false,
         }
     }
 }

@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 
 use brewster_buffers::Integrator;
 
+use crate::ledger::Ledger;
 use crate::queues::RaySource;
 
 /// The stages of a bounce, in order; the only list of them.
@@ -140,6 +141,12 @@ pub struct Counts {
     pub below_threshold: u64,
     /// Paths ended by chance because they had become too weak; those that chance spared weigh more.
     pub given_up: u64,
+    /// Scattered rays that came out black or nowhere: what the surface absorbed, by its sampler's choice.
+    pub absorbed: u64,
+    /// Scattered rays beyond one a hit, where a split sends two.
+    pub branched: u64,
+    /// Where the energy went, if the policy asks for a ledger.
+    pub ledger: Ledger,
     /// Rays sent toward lights.
     pub shadow_rays: u64,
     /// Those that something stopped.
@@ -167,6 +174,9 @@ impl Counts {
         self.cut_by_depth += other.cut_by_depth;
         self.below_threshold += other.below_threshold;
         self.given_up += other.given_up;
+        self.absorbed += other.absorbed;
+        self.branched += other.branched;
+        self.ledger.merge(&other.ledger);
         self.shadow_rays += other.shadow_rays;
         self.shadowed += other.shadowed;
         self.shadow_segments += other.shadow_segments;

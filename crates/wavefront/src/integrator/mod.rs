@@ -57,22 +57,24 @@ fn meet(context: &Context<'_>, batch: &mut Batch, tile: &mut FilmTile<'_>) -> Op
     let at = |stage| (stage, depth, source);
     recorder.stage(at(Stage::Order), rays.len(), |_| order(context.policy.sort, rays, ordered));
     recorder.stage(at(Stage::Trace), rays.len(), |_| trace(context, rays.view(), hits, tile));
-    recorder.stage(at(Stage::Absorb), rays.len(), |_| absorb(context, stacks, hits.view(), rays.view_mut()));
+    recorder.stage(at(Stage::Absorb), rays.len(), |counts| {
+        absorb(context, stacks, hits.view(), rays.view_mut(), counts);
+    });
     recorder.stage(at(Stage::Sort), rays.len(), |counts| {
         sort(context, rays.view(), hits.view(), stacks, sorted, counts);
     });
     let rays = rays.view();
-    recorder.stage(at(Stage::Cross), sorted.crossings.len(), |_| {
-        cross(rays, sorted.crossings.view(), &mut levels.at(depth).0.transmission);
+    recorder.stage(at(Stage::Cross), sorted.crossings.len(), |counts| {
+        cross(context, rays, sorted.crossings.view(), &mut levels.at(depth).0.transmission, counts);
     });
     if depth == 0 {
         recorder.stage(at(Stage::Record), sorted.hits(), |_| sorted.each(|hits| record(context, rays, hits, tile)));
     }
-    recorder.stage(at(Stage::Escape), sorted.escaped.len(), |_| {
-        escape(context, rays, sorted.escaped.view(), stacks, contributions);
+    recorder.stage(at(Stage::Escape), sorted.escaped.len(), |counts| {
+        escape(context, rays, sorted.escaped.view(), stacks, contributions, counts);
     });
-    recorder.stage(at(Stage::ShadeEmissive), sorted.emissive.len(), |_| {
-        shade_emissive(context, rays, &sorted.emissive.view(), stacks, contributions);
+    recorder.stage(at(Stage::ShadeEmissive), sorted.emissive.len(), |counts| {
+        shade_emissive(context, rays, &sorted.emissive.view(), stacks, contributions, counts);
     });
     recorder.stage(at(Stage::Gather), contributions.len(), |_| gather(contributions, tile));
     Some((depth, source))

@@ -3,16 +3,27 @@
 use brewster_geometry::Ray;
 use brewster_optics::lobe::DELTA;
 
+use crate::context::Context;
 use crate::queues::{CrossingsView, PathRay, PathRaysView, TransmissionQueue};
+use crate::stats::Counts;
 
 /// Sends rays on, straight, with the media behind the boundary. It is no interaction: the depth stays. But it stops shadow
 /// rays, so that what lies behind is lit by no other technique.
 ///
 /// Reads: rays and crossings. Writes: the transmission queue of the same depth.
-pub fn cross(rays: PathRaysView<'_>, crossings: CrossingsView<'_>, transmission: &mut TransmissionQueue) {
+pub fn cross(
+    context: &Context<'_>,
+    rays: PathRaysView<'_>,
+    crossings: CrossingsView<'_>,
+    transmission: &mut TransmissionQueue,
+    counts: &mut Counts,
+) {
     for row in 0..crossings.len() {
         let crossing = crossings.get(row);
         let ray = rays.get(crossing.ray as usize);
+        if context.albedos.is_some() {
+            counts.ledger.crossed.add(ray.weight);
+        }
         let onward = Ray { origin: crossing.origin, direction: ray.ray().direction };
         transmission.push(PathRay { media: crossing.media, pdf: DELTA, ..ray.along(onward) });
     }

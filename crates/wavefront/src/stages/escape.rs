@@ -5,6 +5,7 @@ use brewster_optics::lobe::{DELTA, power_heuristic};
 use crate::context::Context;
 use crate::media::MediaStacks;
 use crate::queues::{Contribution, ContributionQueue, EscapedView, PathRaysView};
+use crate::stats::Counts;
 
 /// Gives each escaped ray the background's radiance, of which shadow rays bring the part that they find better.
 ///
@@ -15,10 +16,14 @@ pub fn escape(
     escaped: EscapedView<'_>,
     stacks: &MediaStacks,
     contributions: &mut ContributionQueue,
+    counts: &mut Counts,
 ) {
     let background = &context.scene.background;
     for &row in escaped.ray {
         let ray = rays.get(row as usize);
+        if context.albedos.is_some() {
+            counts.ledger.escaped.add(ray.weight);
+        }
         let direction = ray.ray().direction;
         let share = if ray.pdf == DELTA { 1.0 } else { power_heuristic(ray.pdf, background.pdf(direction)) };
         let scale = share * context.radiance_scale(stacks, ray.media);

@@ -6,6 +6,7 @@ use brewster_optics::microfacet::{Ggx, RoughDielectric};
 use glam::{Vec2, Vec3};
 
 use super::{Scatter, Sides, Surface};
+use crate::albedo::Albedos;
 use crate::context::Context;
 use crate::queues::{OnDielectric, SurfaceHit};
 
@@ -39,6 +40,16 @@ impl Scatter for OnDielectric {
         let eta_t = if thin { dielectrics.ior[row] } else { eta_t };
         let glass = RoughDielectric { facets: Ggx::isotropic(dielectrics.alpha[row]), eta_i, eta_t };
         Boundary { fresnel: dielectrics.fresnel[row], glass, thin }
+    }
+
+    #[inline(always)]
+    fn albedo(albedos: &Albedos, surface: &Boundary, hit: &SurfaceHit, sides: &Sides, cosine: f32) -> Vec3 {
+        let rough = if surface.is_smooth() || surface.glass.is_matched() {
+            None
+        } else {
+            albedos.dielectric(hit.material, sides.filling, cosine)
+        };
+        rough.unwrap_or(Vec3::ONE)
     }
 }
 

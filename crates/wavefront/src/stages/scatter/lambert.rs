@@ -5,6 +5,7 @@ use brewster_optics::{lambert, warp};
 use glam::{Vec2, Vec3};
 
 use super::{Scatter, Sides, Surface};
+use crate::albedo::Albedos;
 use crate::context::Context;
 use crate::queues::{OnLambert, SurfaceHit};
 
@@ -24,6 +25,11 @@ impl Scatter for OnLambert {
         let scene = context.scene;
         let albedo = scene.materials.lambert.view().albedo[hit.material as usize];
         Lambertian { albedo: scene.textures.evaluate(albedo, hit.point.uv) }
+    }
+
+    #[inline(always)]
+    fn albedo(_: &Albedos, surface: &Lambertian, _: &SurfaceHit, _: &Sides, _: f32) -> Vec3 {
+        surface.albedo
     }
 }
 

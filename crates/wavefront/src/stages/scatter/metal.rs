@@ -7,6 +7,7 @@ use brewster_optics::microfacet::Ggx;
 use glam::{Vec2, Vec3};
 
 use super::{Scatter, Sides, Surface};
+use crate::albedo::Albedos;
 use crate::context::Context;
 use crate::queues::{OnMetal, SurfaceHit};
 
@@ -15,6 +16,7 @@ use crate::queues::{OnMetal, SurfaceHit};
 pub struct Conductor {
     facets: Ggx,
     fresnel: FresnelModel,
+    r0: Vec3,
     tint: F82Tint,
     eta_i: f32,
     eta: Vec3,
@@ -41,14 +43,22 @@ impl Scatter for OnMetal {
     fn surface(context: &Context<'_>, hit: &SurfaceHit, sides: &Sides) -> Conductor {
         let scene = context.scene;
         let material = scene.materials.metal.get(hit.material as usize);
+        let r0 = scene.textures.evaluate(material.r0, hit.point.uv);
         Conductor {
             facets: Ggx::isotropic(material.alpha),
             fresnel: material.fresnel,
-            tint: F82Tint::new(scene.textures.evaluate(material.r0, hit.point.uv), material.f82),
+            r0,
+            tint: F82Tint::new(r0, material.f82),
             eta_i: sides.filling[0].ior(&scene.materials.dielectric.view()),
             eta: material.eta,
             k: material.k,
         }
+    }
+
+    #[inline(always)]
+    fn albedo(albedos: &Albedos, surface: &Conductor, hit: &SurfaceHit, sides: &Sides, cosine: f32) -> Vec3 {
+        let rough = albedos.metal(hit.material, sides.filling[0], surface.r0, cosine);
+        rough.unwrap_or_else(|| surface.reflectance(cosine))
     }
 }
 

@@ -7,7 +7,7 @@ mod lambert;
 mod metal;
 mod rough_diffuse;
 
-use brewster_buffers::{LightSample, SceneBuffers};
+use brewster_buffers::LightSample;
 use brewster_film::FilmTile;
 use brewster_geometry::{Ray, offset_origin};
 use brewster_optics::basis::Basis;
@@ -15,7 +15,9 @@ use brewster_optics::lobe::{LobeSample, LobeSplit, LobeValue, power_heuristic};
 use glam::{Vec2, Vec3};
 
 use super::shade::facing_normals;
+use crate::albedo::Albedos;
 use crate::context::Context;
+use crate::ledger::Ledger;
 use crate::media::{MediaId, MediaStacks, Medium};
 use crate::queues::{DepthQueues, HitsOf, PathRay, PathRaysView, ShadowQueue, ShadowRay, SurfaceHit};
 use crate::random::{Decision, PixelKey, Stream};
@@ -31,6 +33,10 @@ pub trait Scatter {
 
     /// The surface at a hit.
     fn surface(context: &Context<'_>, hit: &SurfaceHit, sides: &Sides) -> Self::Surface;
+
+    /// The part of the energy that the surface is expected to send on, by theory; the rest is absorbed. `cosine` is that of
+    /// the view.
+    fn albedo(albedos: &Albedos, surface: &Self::Surface, hit: &SurfaceHit, sides: &Sides, cosine: f32) -> Vec3;
 }
 
 /// How one point of a surface scatters light, in the frame of [`lobe`](brewster_optics::lobe).
@@ -100,6 +106,9 @@ pub fn scatter<Kind: Scatter>(
     let hits = hits.columns();
     let Some(next) = onward.next.as_deref_mut() else {
         counts.cut_by_depth += hits.len() as u64;
+        if context.albedos.is_some() {
+            hits.ray.iter().for_each(|&ray| counts.ledger.cut.add(rays.weight[ray as usize]));
+        }
         return;
     };
     for row in 0..hits.len() {
@@ -118,7 +127,11 @@ pub fn scatter<Kind: Scatter>(
         if !surface.is_smooth() {
             arrival.toward_lights(&surface, onward.stacks, onward.shadows);
         }
-        arrival.onward(&surface, next, counts);
+        let sent = arrival.onward(&surface, next, counts);
+        if let Some(albedos) = &context.albedos {
+            let albedo = Kind::albedo(albedos, &surface, &hit, &sides, view.z);
+            arrival.book(albedo, sent, &mut counts.ledger);
+        }
     }
 }
 
@@ -150,9 +163,10 @@ impl Arrival<'_> {
         let Arrival { context, depth, stream, .. } = *self;
         let (scene, sampler) = (context.scene, &context.sampler);
         let place = Decision::LightPoint.at(depth);
-        if !scene.lights.is_empty() {
-            let light = sample_light(scene, self.hit.point.position, sampler.one(stream, Decision::Light.at(depth)));
-            self.toward(Some(light), surface, stacks, shadows);
+        if !scene.emitters.is_empty() {
+            let choice = sampler.one(stream, Decision::Light.at(depth));
+            let light = scene.sample_light(self.hit.point.position, choice, sampler.pair(stream, place));
+            self.toward(light, surface, stacks, shadows);
         }
         if !scene.background.is_black() {
             let light = scene.background.sample(sampler.pair(stream, place.repeat(1)));
@@ -183,59 +197,75 @@ impl Arrival<'_> {
         }
         let media = self.media_of(light.direction);
         let origin = offset_origin(&self.hit.point, light.direction);
+        let (direction, distance) = light.ray_from(origin);
         shadows.push(ShadowRay {
             origin_x: origin.x,
             origin_y: origin.y,
             origin_z: origin.z,
-            direction_x: light.direction.x,
-            direction_y: light.direction.y,
-            direction_z: light.direction.z,
-            distance: light.distance,
+            direction_x: direction.x,
+            direction_y: direction.y,
+            direction_z: direction.z,
+            distance,
             contribution: contribution * self.context.radiance_scale(stacks, media),
             pixel: self.ray.pixel,
             media,
         });
     }
 
-    /// Sends the path on.
+    /// Sends the path on; tells the weight of what was scattered, before roulette.
     #[inline(always)]
-    fn onward(&self, surface: &impl Surface, next: &mut DepthQueues, counts: &mut Counts) {
+    fn onward(&self, surface: &impl Surface, next: &mut DepthQueues, counts: &mut Counts) -> [Vec3; 2] {
         let Arrival { context, depth, stream, .. } = *self;
-        let split =
-            surface.sample(self.view, Vec2::from_array(context.sampler.pair(stream, Decision::Direction.at(depth))));
+        let place = Vec2::from_array(context.sampler.pair(stream, Decision::Direction.at(depth)));
+        let split = surface.sample(self.view, place);
         if self.splits() && split.transmission.is_some() {
+            counts.branched += 1;
             let branch = self.ray.branch.wrapping_mul(2);
-            self.send(split.reflection, branch, next, counts);
-            self.send(split.transmission, branch.wrapping_add(1), next, counts);
+            let reflected = self.send(split.reflection, branch, next, counts);
+            [reflected, self.send(split.transmission, branch.wrapping_add(1), next, counts)]
         } else {
             // Where nothing can be transmitted, chance has no say.
             let choice =
                 if split.reflectance < 1.0 { context.sampler.one(stream, Decision::Lobe.at(depth)) } else { 0.0 };
-            self.send(split.choose(choice), self.ray.branch, next, counts);
+            [self.send(split.choose(choice), self.ray.branch, next, counts), Vec3::ZERO]
         }
     }
 
-    /// Puts a ray into its queue, unless it is absorbed or given up.
+    /// Puts a ray into its queue, unless it is absorbed or given up; tells the weight of what was scattered.
     #[inline(always)]
-    fn send(&self, sample: Option<LobeSample>, branch: u32, next: &mut DepthQueues, counts: &mut Counts) {
-        let Some(sample) = sample else { return };
+    fn send(&self, sample: Option<LobeSample>, branch: u32, next: &mut DepthQueues, counts: &mut Counts) -> Vec3 {
+        let scattered = sample.map_or(Vec3::ZERO, |sample| self.ray.weight * sample.weight);
+        let largest = scattered.max_element();
+        let Some(sample) = sample.filter(|_| largest > 0.0) else {
+            counts.absorbed += 1;
+            return Vec3::ZERO;
+        };
+        let ledger = self.context.albedos.is_some();
         let direction = self.frame.to_world(sample.direction);
         if !self.is_on_its_side(direction, sample.direction) {
-            return;
+            counts.absorbed += 1;
+            if ledger {
+                counts.ledger.below_surface.add(scattered);
+            }
+            return scattered;
         }
-        let mut weight = self.ray.weight * sample.weight;
-        let largest = weight.max_element();
-        if largest <= 0.0 {
-            return;
-        }
+        let mut weight = scattered;
         if largest < ROULETTE_WEIGHT && self.context.scene.settings.roulette {
             let survival = largest / ROULETTE_WEIGHT;
             let dimension = Decision::Roulette.at(self.depth).repeat(u32::from(sample.is_transmission()));
             if self.context.sampler.one(self.stream, dimension) >= survival {
                 counts.given_up += 1;
-                return;
+                if ledger {
+                    counts.ledger.roulette_removed.add(scattered);
+                }
+                return scattered;
             }
             weight /= survival;
+        }
+        if ledger {
+            counts.ledger.onward.add(weight);
+            counts.ledger.roulette_added.add(weight);
+            counts.ledger.roulette_added.take(scattered);
         }
         let origin = offset_origin(&self.hit.point, direction);
         let ray = self.ray.along(Ray { origin, direction });
@@ -247,6 +277,20 @@ impl Arrival<'_> {
             counts.reflections += 1;
             next.reflection.push(ray);
         }
+        scattered
+    }
+
+    /// Enters into the ledger what arrived, what theory expects of it and what became of it.
+    #[inline(always)]
+    fn book(&self, albedo: Vec3, sent: [Vec3; 2], ledger: &mut Ledger) {
+        let (arrived, expected) = (self.ray.weight, self.ray.weight * albedo);
+        ledger.scattered.add(arrived);
+        ledger.absorbed.add(arrived);
+        ledger.absorbed.take(expected);
+        ledger.residual.add(expected);
+        sent.into_iter().for_each(|sent| ledger.residual.take(sent));
+        let residual = expected - sent[0] - sent[1];
+        ledger.residual_squares.add(residual * residual);
     }
 
     /// Whether the path sends a ray into each queue here.
@@ -275,18 +319,106 @@ pub const SHADOW_RAYS: usize = 2;
 /// weight.
 const ROULETTE_WEIGHT: f32 = 0.25;
 
-/// One of the lights without extent, all with the same probability.
-#[inline(always)]
-fn sample_light(scene: &SceneBuffers, point: Vec3, choice: f32) -> LightSample {
-    let count = scene.lights.len();
-    let light = scene.lights.get(((choice * count as f32) as usize).min(count - 1));
-    let seen = light.illuminate(point);
-    LightSample {
-        direction: seen.direction,
-        distance: seen.distance,
-        target: light.position,
-        radiance: seen.irradiance,
-        pdf: 1.0 / count as f32,
-        is_delta: true,
+#[cfg(test)]
+mod tests {
+    use brewster_buffers::{Camera, Integrator, Projection, SceneBuffers};
+    use brewster_film::{Film, PixelOrder};
+    use brewster_geometry::SurfacePoint;
+
+    use super::*;
+    use crate::policy::Policy;
+    use crate::queues::{HitQueue, PathRayColumns};
+
+    /// White by theory; its sampler loses some of a hundred parts, or gives some too much.
+    #[derive(Debug)]
+    enum OnLossy<const PERCENT: u32> {}
+
+    struct Lossy<const PERCENT: u32>;
+
+    impl<const PERCENT: u32> Scatter for OnLossy<PERCENT> {
+        type Surface = Lossy<PERCENT>;
+
+        const TRANSMITS: bool = false;
+
+        fn surface(_: &Context<'_>, _: &SurfaceHit, _: &Sides) -> Lossy<PERCENT> {
+            Lossy
+        }
+
+        fn albedo(_: &Albedos, _: &Lossy<PERCENT>, _: &SurfaceHit, _: &Sides, _: f32) -> Vec3 {
+            Vec3::ONE
+        }
+    }
+
+    impl<const PERCENT: u32> Surface for Lossy<PERCENT> {
+        fn is_smooth(&self) -> bool {
+            true
+        }
+
+        fn evaluate(&self, _: Vec3, _: Vec3) -> LobeValue {
+            LobeValue::BLACK
+        }
+
+        /// Weights of 0 to 2 whose mean is what it says.
+        fn sample(&self, view: Vec3, u: Vec2) -> LobeSplit {
+            let weight = Vec3::splat(2.0 * u.x * PERCENT as f32 / 100.0);
+            LobeSplit::opaque(Some(LobeSample::mirror(view, weight)))
+        }
+    }
+
+    /// The ledger of 40,000 hits on such a surface.
+    fn ledger<const PERCENT: u32>() -> Ledger {
+        let mut scene = SceneBuffers::default();
+        scene.settings.integrator = Integrator::Path;
+        let camera = Camera {
+            name: String::new(),
+            position: Vec3::ZERO,
+            right: Vec3::X,
+            up: Vec3::Y,
+            forward: Vec3::NEG_Z,
+            projection: Projection::Perspective(1.0),
+            aperture_radius: 0.0,
+            focus_distance: 1.0,
+            key: 0,
+        };
+        let context = Context::new(&scene, &camera, Policy { ledger: true, ..Policy::default() });
+        let mut film = Film::new(PixelOrder::new(200, 200, None).expect("a small picture"));
+        let tile = film.tile_mut();
+        let (mut rays, mut hits) = (PathRayColumns::new(), HitQueue::<OnLossy<PERCENT>>::default());
+        for pixel in 0..tile.len() as u32 {
+            rays.push(PathRay {
+                origin_x: 0.0,
+                origin_y: 1.0,
+                origin_z: 0.0,
+                direction_x: 0.0,
+                direction_y: -1.0,
+                direction_z: 0.0,
+                weight: Vec3::ONE,
+                pdf: 1.0,
+                pixel,
+                sample: 0,
+                media: MediaId::VACUUM,
+                branch: 1,
+            });
+            let point = SurfacePoint {
+                position: Vec3::ZERO,
+                geometric_normal: Vec3::Y,
+                shading_normal: Vec3::Y,
+                uv: Vec2::ZERO,
+                error: 1e-6,
+            };
+            hits.push(SurfaceHit { ray: pixel, instance: 0, primitive: 0, material: 0, point });
+        }
+        let (mut next, mut shadows, mut stacks) = Default::default();
+        let mut onward = Onward { depth: 0, next: Some(&mut next), shadows: &mut shadows, stacks: &mut stacks };
+        let mut counts = Counts::default();
+        scatter(&context, rays.view(), &hits.view(), &tile, &mut onward, &mut counts);
+        counts.ledger
+    }
+
+    #[test]
+    fn a_sampler_that_loses_or_makes_energy_shows_in_the_ledger() {
+        assert!(ledger::<100>().z().iter().all(|z| z.abs() < 4.0), "{:?}", ledger::<100>().z());
+        assert!(ledger::<97>().z().iter().all(|&z| z > 4.0), "{:?}", ledger::<97>().z());
+        assert!(ledger::<103>().z().iter().all(|&z| z < -4.0), "{:?}", ledger::<103>().z());
     }
 }

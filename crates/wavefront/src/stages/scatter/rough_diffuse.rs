@@ -5,6 +5,7 @@ use brewster_optics::rough_diffuse::RoughDiffuse;
 use glam::{Vec2, Vec3};
 
 use super::{Scatter, Sides, Surface};
+use crate::albedo::Albedos;
 use crate::context::Context;
 use crate::queues::{OnRoughDiffuse, SurfaceHit};
 
@@ -18,6 +19,11 @@ impl Scatter for OnRoughDiffuse {
         let scene = context.scene;
         let material = scene.materials.rough_diffuse.get(hit.material as usize);
         RoughDiffuse { albedo: scene.textures.evaluate(material.albedo, hit.point.uv), roughness: material.roughness }
+    }
+
+    #[inline(always)]
+    fn albedo(_: &Albedos, surface: &RoughDiffuse, _: &SurfaceHit, _: &Sides, cosine: f32) -> Vec3 {
+        surface.directional_albedo(cosine)
     }
 }
 

@@ -1,10 +1,14 @@
 //! Shades hits on surfaces that send out light.
 
+use brewster_geometry::Ray;
+use brewster_optics::lobe::{DELTA, power_heuristic};
+
 use crate::context::Context;
 use crate::media::MediaStacks;
 use crate::queues::{Contribution, ContributionQueue, HitsOf, OnEmissive, PathRaysView};
+use crate::stats::Counts;
 
-/// Gives each hit the surface's radiance; nothing is reflected.
+/// Gives each hit the surface's radiance, of which shadow rays bring the part that they find better; nothing is reflected.
 ///
 /// Reads: rays, hits, emissive materials, textures. Writes: contributions.
 pub fn shade_emissive(
@@ -13,6 +17,7 @@ pub fn shade_emissive(
     hits: &HitsOf<'_, OnEmissive>,
     stacks: &MediaStacks,
     contributions: &mut ContributionQueue,
+    counts: &mut Counts,
 ) {
     let scene = context.scene;
     let emissive = scene.materials.emissive.view();
@@ -20,11 +25,20 @@ pub fn shade_emissive(
     for row in 0..hits.len() {
         let hit = hits.get(row);
         let ray = rays.get(hit.ray as usize);
-        let from_behind = ray.ray().direction.dot(hit.point.geometric_normal) >= 0.0;
+        if context.albedos.is_some() {
+            counts.ledger.emitters.add(ray.weight);
+        }
+        let Ray { origin, direction } = ray.ray();
+        let from_behind = direction.dot(hit.point.geometric_normal) >= 0.0;
         if from_behind && !emissive.two_sided[hit.material as usize] {
             continue;
         }
-        let scale = context.radiance_scale(stacks, ray.media);
+        let share = if ray.pdf == DELTA {
+            1.0
+        } else {
+            power_heuristic(ray.pdf, scene.light_pdf(origin, hit.instance, hit.primitive, &hit.point))
+        };
+        let scale = share * context.radiance_scale(stacks, ray.media);
         let radiance = scene.textures.evaluate(emissive.radiance[hit.material as usize], hit.point.uv);
         contributions.push(Contribution { radiance: ray.weight * radiance * scale, pixel: ray.pixel });
     }

@@ -1,0 +1,114 @@
+//! The energy ledger: where the weight of all rays went, per depth and queue.
+//!
+//! A camera ray sets out with weight 1 in each channel; what a weight loses, and what happens to the ray that carries it, is
+//! written down where it happens. Sums are integers, so they do not depend on threads or batches, and two equations hold to
+//! the last digit:
+//!
+//! - `entered = volume + escaped + crossed + emitters + cut + scattered`: what a traced ray comes to;
+//! - `scattered = absorbed + residual + below_surface + roulette_removed - roulette_added + onward`: what a surface makes of it.
+//!
+//! What a surface absorbs is not what its sampler happens to lose: `absorbed` is what the theory expects, from the
+//! material's [tabulated albedo](crate::albedo). The sampler's deviation from it is `residual`, whose mean is zero if sampler
+//! and theory agree: [`Ledger::z`] says how far it is off, in standard errors. A sampler that loses energy shows there.
+//!
+//! The squared ratio of indices, by which radiance changes at a boundary, is no energy and is not in weights.
+
+use glam::Vec3;
+
+/// Units of energy in a weight of 1.
+const SCALE: f32 = (1 << 24) as f32;
+
+/// A sum of weights by channel, in units of 2⁻²⁴.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Energy(pub [i64; 3]);
+
+impl Energy {
+    /// Adds a weight.
+    #[inline(always)]
+    pub fn add(&mut self, weight: Vec3) {
+        let Vec3 { x, y, z } = weight * SCALE;
+        for (sum, value) in self.0.iter_mut().zip([x, y, z]) {
+            *sum = sum.wrapping_add(value as i64);
+        }
+    }
+
+    /// Takes a weight away.
+    #[inline(always)]
+    pub fn take(&mut self, weight: Vec3) {
+        self.add(-weight);
+    }
+
+    /// Adds another sum.
+    #[inline(always)]
+    pub fn merge(&mut self, other: Energy) {
+        for (sum, value) in self.0.iter_mut().zip(other.0) {
+            *sum = sum.wrapping_add(value);
+        }
+    }
+
+    /// The sum in camera rays' weights.
+    pub fn value(&self) -> [f64; 3] {
+        self.0.map(|sum| sum as f64 / f64::from(SCALE))
+    }
+}
+
+macro_rules! ledger {
+    ($($(#[$doc:meta])* $field:ident,)*) => {
+        /// Where the weight of the rays of one depth and queue went.
+        #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+        pub struct Ledger {
+            $($(#[$doc])* pub $field: Energy,)*
+        }
+
+        impl Ledger {
+            /// Adds what other rays did.
+            pub fn merge(&mut self, other: &Ledger) {
+                $(self.$field.merge(other.$field);)*
+            }
+
+            /// All entries, by name.
+            pub fn entries(&self) -> impl Iterator<Item = (&'static str, Energy)> {
+                [$((stringify!($field), self.$field),)*].into_iter()
+            }
+        }
+    };
+}
+
+ledger! {
+    /// Of the rays that were traced.
+    entered,
+    /// Absorbed by media on the way.
+    volume,
+    /// Gone to the background.
+    escaped,
+    /// Gone on through boundaries that are none; it enters again at the same depth.
+    crossed,
+    /// Arrived at emitters, which reflect nothing.
+    emitters,
+    /// Cut off: arrived at a surface at the maximum depth.
+    cut,
+    /// Arrived at surfaces that scatter.
+    scattered,
+    /// Of that, absorbed by theory.
+    absorbed,
+    /// What the sampler lost beyond theory; below zero what it gave too much. Zero in mean.
+    residual,
+    /// Sum of the squares of each hit's residual.
+    residual_squares,
+    /// Scattered below the surface, where shading normals differ from it, and dropped.
+    below_surface,
+    /// Of the rays that roulette ended.
+    roulette_removed,
+    /// Given to those that it spared; equal to `roulette_removed` in mean.
+    roulette_added,
+    /// Sent on to the next depth.
+    onward,
+}
+
+impl Ledger {
+    /// The residual in its standard errors, by channel; 0 where no hit has any.
+    pub fn z(&self) -> [f64; 3] {
+        let (residual, squares) = (self.residual.value(), self.residual_squares.value());
+        std::array::from_fn(|c| if squares[c] > 0.0 { residual[c] / squares[c].sqrt() } else { 0.0 })
+    }
+}

@@ -1,0 +1,123 @@
+//! The path integrator's ledger closes: to the last digit where it is arithmetic, in mean where it is chance.
+
+use brewster_buffers::{Integrator, SceneBuffers};
+use brewster_wavefront::ledger::Ledger;
+use brewster_wavefront::{Counts, Policy, Stats};
+
+use crate::scene::{parse, render_with};
+
+/// A scene with everything that gains or loses energy: absorbing and overlapping glass, rough and smooth metal, diffuse and
+/// rough diffuse surfaces, a mesh whose shading normals are far from its own, a lamp.
+fn scene() -> SceneBuffers {
+    let mut scene = parse(
+        r#"Scene(
+            settings: (resolution: (48, 32), samples: 16, max_depth: 12, filter: Box),
+            camera: Perspective(eye: (0, 1.5, 6), target: (0, 0.8, 0), vfov: 40),
+            background: Gradient(horizon: (1, 0.9, 0.8), zenith: (0.3, 0.5, 1), ground: 0.2),
+            shapes: {"ball": Mesh(file: "ball.obj")},
+            materials: {
+                "floor": Lambert(albedo: Checker(a: 0.2, b: (0.8, 0.7, 0.5), size: 0.1)),
+                "gold": Metal(of: "Au"),
+                "dull gold": Metal(of: "Au"),
+                "paint": Metal(r0: (0.9, 0.3, 0.2)),
+                "bottle": Dielectric(ior: 1.5, absorption: (1.2, 0.3, 0.9), priority: 1),
+                "wine": Dielectric(ior: 1.34, absorption: (0.2, 2, 1.5)),
+                "frost": Dielectric(ior: 1.5),
+            },
+            entities: [
+                (shape: Quad(size: (12, 12)), material: "floor", rotate: (x: -90)),
+                (shape: Sphere(radius: 0.7), material: "gold", at: (-2, 0.7, 0)),
+                (shape: Sphere(radius: 0.7), material: "dull gold", at: (-0.5, 0.7, -1)),
+                (shape: Sphere(radius: 0.5), material: "paint", at: (2.3, 0.5, -0.6)),
+                (shape: Sphere(radius: 0.7), material: "bottle", at: (0.6, 0.7, 0.8)),
+                (shape: Sphere(radius: 0.6), material: "wine", at: (0.7, 0.7, 0.7)),
+                (shape: Sphere(radius: 0.6), material: "frost", at: (-1, 0.6, 1.4)),
+                (shape: "ball", material: "bottle", at: (2, 0.8, 1), scale: 0.6),
+                (shape: Sphere(radius: 0.2), material: Emissive(radiance: 8), at: (0.5, 3, 1)),
+                (light: Point(intensity: 10), at: (-2, 4, 3)),
+            ],
+        )"#,
+    );
+    scene.settings.integrator = Integrator::Path;
+    let row = |name: usize| scene.materials.rows.get(name).row as usize;
+    let (dull, paint, frost) = (row(2), row(3), row(6));
+    scene.materials.metal.view_mut().alpha[dull] = 0.3;
+    scene.materials.metal.view_mut().alpha[paint] = 0.1;
+    scene.materials.dielectric.view_mut().alpha[frost] = 0.2;
+    scene.validate().expect("roughness is no fault");
+    scene
+}
+
+fn stats(scene: &SceneBuffers, threads: usize) -> Stats {
+    render_with(scene, Policy { ledger: true, ..Policy::default() }, threads).1
+}
+
+/// A depth's counts and energies, over its queues.
+fn sums(stats: &Stats) -> Vec<(Vec<Counts>, Ledger)> {
+    let ledger = |counts: &[Counts]| {
+        counts.iter().fold(Ledger::default(), |mut sum, counts| {
+            sum.merge(&counts.ledger);
+            sum
+        })
+    };
+    stats.depths.iter().map(|depth| (depth.counts.to_vec(), ledger(&depth.counts))).collect()
+}
+
+#[test]
+fn what_enters_leaves_to_the_last_digit() {
+    let scene = scene();
+    for split_depth in [0, 3] {
+        let mut scene = scene.clone();
+        scene.settings.split_depth = split_depth;
+        let depths = sums(&stats(&scene, 1));
+        let samples = i64::from(scene.settings.resolution.element_product() * scene.settings.samples);
+        let mut sent = [samples << 24; 3];
+        for (depth, (_, of)) in depths.iter().enumerate() {
+            for (channel, sent) in sent.iter_mut().enumerate() {
+                let at = |energy: brewster_wavefront::ledger::Energy| energy.0[channel];
+                let context = format!("depth {depth}, channel {channel}, split below {split_depth}");
+                let became = at(of.volume) + at(of.escaped) + at(of.crossed) + at(of.emitters) + at(of.cut);
+                assert_eq!(at(of.entered), became + at(of.scattered), "{context}");
+                assert_eq!(at(of.entered), *sent + at(of.crossed), "{context}");
+                let scattered = at(of.absorbed) + at(of.residual) + at(of.below_surface) + at(of.onward);
+                let scattered = scattered + at(of.roulette_removed) - at(of.roulette_added);
+                assert_eq!(at(of.scattered), scattered, "{context}");
+                *sent = at(of.onward);
+            }
+        }
+        assert_eq!(sent, [0; 3]);
+    }
+}
+
+#[test]
+fn rays_are_counted_without_remainder() {
+    for (depth, (queues, _)) in sums(&stats(&scene(), 1)).iter().enumerate() {
+        for counts in queues {
+            assert_eq!(counts.traced(), counts.hits + counts.escaped + counts.crossings, "depth {depth}");
+            let on_emitters = counts.stages[brewster_wavefront::Stage::ShadeEmissive as usize];
+            let sent = counts.reflections + counts.transmissions;
+            let ended = counts.given_up + counts.absorbed + counts.cut_by_depth;
+            assert_eq!(counts.hits - on_emitters + counts.branched, sent + ended, "depth {depth}");
+        }
+    }
+}
+
+#[test]
+fn surfaces_absorb_what_theory_expects() {
+    let mut scene = scene();
+    scene.settings.samples = 64;
+    for (depth, (_, ledger)) in sums(&stats(&scene, 2)).iter().enumerate() {
+        for (channel, z) in ledger.z().into_iter().enumerate() {
+            assert!(z.abs() < 4.0, "depth {depth}, channel {channel}: {z:.1} standard errors");
+        }
+        let [removed, added] = [ledger.roulette_removed, ledger.roulette_added].map(|energy| energy.value()[0]);
+        let scale = removed.max(added);
+        assert!((removed - added).abs() < 0.1 * scale + 20.0, "depth {depth}: roulette took {removed}, gave {added}");
+    }
+}
+
+#[test]
+fn the_ledger_is_the_same_on_any_number_of_threads() {
+    let scene = scene();
+    assert_eq!(sums(&stats(&scene, 1)), sums(&stats(&scene, 2)));
+}
