@@ -12,6 +12,7 @@
 //! | Lambert's diffuse reflection | [`lambert`] |
 //! | rough metal, rough glass: GGX and its visible normals | [`microfacet`] |
 //! | dust and clay: EON, the energy-preserving Oren-Nayar | [`rough_diffuse`] |
+//! | soap bubbles, oil, tempered steel: thin films | [`thin_film`] |
 //! | metals by color: F82-tint, edge tint | [`conductor`] |
 //! | what a rough surface reflects in all, by theory | [`albedo`] |
 //! | the frame of a lobe, weights and densities | [`lobe`], [`basis`] |
@@ -82,6 +83,7 @@ pub mod phong;
 pub mod refraction;
 pub mod rough_diffuse;
 pub mod spectrum;
+pub mod thin_film;
 pub mod warp;
 pub mod wide;
 
