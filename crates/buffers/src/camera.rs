@@ -1,6 +1,10 @@
 //! Where pictures are taken from.
 
+use std::f32::consts::TAU;
+
 use brewster_geometry::Ray;
+use brewster_lanes::math;
+use brewster_optics::warp;
 use glam::{Vec2, Vec3};
 
 /// A camera as columns of a frame: `right`, `up` and `forward` are unit vectors at right angles.
@@ -38,6 +42,23 @@ pub enum Projection {
 }
 
 impl Camera {
+    /// A place of the lens, which has radius 1, for two numbers 0 ≤ u < 1: evenly over the disk, or over the regular polygon
+    /// of the blades, of which one corner points up.
+    #[inline(always)]
+    pub fn aperture(&self, u: Vec2) -> Vec2 {
+        if self.blades == 0 {
+            return warp::disk(u);
+        }
+        let blades = self.blades as f32;
+        let blade = (u.x * blades).floor().min(blades - 1.0);
+        let corner = |number: f32| {
+            let (sine, cosine) = math::sin_cos(TAU * number / blades);
+            Vec2::new(-sine, cosine)
+        };
+        let weights = warp::triangle(Vec2::new(u.x * blades - blade, u.y));
+        corner(blade) * weights.x + corner(blade + 1.0) * weights.y
+    }
+
     /// The ray through a place of the picture and a place of the lens: `place` from (0, 0), the top left corner, to (1, 1);
     /// `aspect` is width over height; `lens` lies in the unit disk, in its middle for a pinhole.
     #[inline(always)]
@@ -113,5 +134,26 @@ mod tests {
                 assert!((ray.direction.length() - 1.0).abs() < 1e-6);
             }
         }
+    }
+
+    #[test]
+    fn apertures_are_filled_evenly() {
+        // Of a regular hexagon of radius 1, area 3√3/2, the inscribed circle of radius √3/2 takes 3π/4.
+        let hexagon = Camera { blades: 6, ..camera(Projection::Perspective(1.0)) };
+        let steps = 200;
+        let places =
+            (0..steps * steps).map(|i| (Vec2::new((i % steps) as f32, (i / steps) as f32) + 0.5) / steps as f32);
+        let (mut inside, mut sum) = (0, Vec2::ZERO);
+        for place in places.map(|u| hexagon.aperture(u)) {
+            assert!(place.length() <= 1.0 + 1e-6, "{place}");
+            // With a corner at the top, two edges are upright.
+            assert!(place.x.abs() <= 0.75f32.sqrt() + 1e-6, "{place}");
+            inside += i32::from(place.length_squared() < 0.75);
+            sum += place;
+        }
+        let count = (steps * steps) as f32;
+        let share = 0.75 * std::f32::consts::PI / (1.5 * 3f32.sqrt());
+        assert!((inside as f32 / count - share).abs() < 2e-3, "{}", inside as f32 / count);
+        assert!(sum.length() / count < 2e-3, "{sum}");
     }
 }

@@ -5,7 +5,6 @@ use std::ops::Range;
 use brewster_buffers::Integrator;
 use brewster_film::FilmTile;
 use brewster_optics::lobe::DELTA;
-use brewster_optics::warp;
 use glam::{Vec2, Vec3};
 
 use crate::context::Context;
@@ -63,5 +62,5 @@ fn random_place(context: &Context<'_>, pixel: PixelKey, sample: u32) -> (Vec2, V
         return (Vec2::from_array(context.filter.sample(context.sampler.pair(stream, camera))), Vec2::ZERO);
     }
     let [x, y, u, v] = context.sampler.four(stream, camera);
-    (Vec2::from_array(context.filter.sample([x, y])), warp::disk(Vec2::new(u, v)))
+    (Vec2::from_array(context.filter.sample([x, y])), context.camera.aperture(Vec2::new(u, v)))
 }

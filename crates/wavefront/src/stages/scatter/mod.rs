@@ -378,6 +378,7 @@ mod tests {
             projection: Projection::Perspective(1.0),
             aperture_radius: 0.0,
             focus_distance: 1.0,
+            blades: 0,
             key: 0,
         };
         let context = Context::new(&scene, &camera, Policy { ledger: true, ..Policy::default() });
