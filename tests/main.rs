@@ -7,6 +7,7 @@
 //! - `layers`: crates depend on each other as the architecture page says, and on nothing else.
 //! - `memory_bounded`: a split tree of any depth stays within the memory that the queues' page states.
 //! - `recursion_agrees`: the queues compute what a plain recursion of the lecture's algorithm computes.
+//! - `references_are_whole`: every reference scene can be read, without a warning, and has its picture beside it.
 //! - `self_intersection`: no specks and no leaks, at the origin and far from it.
 //! - `stages_covered`: one picture uses every stage and every queue.
 //! - `threads_agree`: the same picture, bit for bit, on any number of threads.
@@ -24,6 +25,7 @@ mod memory_bounded;
 mod path_furnace;
 mod recursion;
 mod recursion_agrees;
+mod references_are_whole;
 mod scene;
 mod self_intersection;
 mod stages_covered;
