@@ -1,37 +1,79 @@
-//! Which source of light is asked.
+//! Which source of light is asked: one of a tree, or one that shines alike everywhere.
 
 use glam::Vec3;
 
+use super::tree::{LightBounds, LightTree};
 use crate::Distribution;
 
 /// What a choice is made by.
-pub(super) struct Source {
-    /// Flux in lumen.
-    pub(super) power: f64,
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Source {
+    /// A source in a place, weakened by the squared distance.
+    Near(LightBounds),
+    /// A source that is not weakened: its irradiance in lux.
+    Everywhere(f64),
 }
 
-/// Chooses a source.
+/// Chooses a source. What is not weakened by distance has no place in a tree: it stands beside it and is chosen half of the
+/// time, by irradiance.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct LightChoice {
-    by_power: Option<Distribution>,
+    tree: LightTree,
+    /// The sources of the tree.
+    near: Vec<u32>,
+    by_irradiance: Option<Distribution>,
+    /// The sources beside it.
+    everywhere: Vec<u32>,
 }
 
 impl LightChoice {
+    /// A choice of sources in the order of their numbers. What can be met by a ray comes first, so that its number is the same
+    /// in the tree.
     pub(super) fn new(sources: &[Source]) -> LightChoice {
-        let powers: Vec<f64> = sources.iter().map(|source| source.power).collect();
-        LightChoice { by_power: Distribution::new(&powers) }
+        let mut choice = LightChoice::default();
+        let (mut bounds, mut irradiances) = (Vec::new(), Vec::new());
+        for (number, source) in (0..).zip(sources) {
+            match *source {
+                Source::Near(source) => {
+                    choice.near.push(number);
+                    bounds.push(source);
+                }
+                Source::Everywhere(irradiance) => {
+                    choice.everywhere.push(number);
+                    irradiances.push(irradiance);
+                }
+            }
+        }
+        choice.tree = LightTree::new(&bounds);
+        choice.by_irradiance = Distribution::new(&irradiances);
+        choice
     }
 
-    /// A source as a point sees it, and the probability of that.
-    #[inline]
-    pub(super) fn choose(&self, _point: Vec3, u: f32) -> Option<(u32, f32)> {
-        let choice = self.by_power.as_ref()?.choose(u);
-        Some((choice.index, choice.probability))
+    /// The probability of asking the tree.
+    #[inline(always)]
+    fn chance_of_tree(&self) -> f32 {
+        match (self.near.is_empty(), &self.by_irradiance) {
+            (true, _) => 0.0,
+            (false, Some(_)) => 0.5,
+            (false, None) => 1.0,
+        }
     }
 
-    /// The probability of choosing a source.
+    /// A source as a point sees it, drawn with 0 ≤ u < 1, and the probability of that. None where no source may shine.
     #[inline]
-    pub(super) fn probability(&self, _point: Vec3, source: u32) -> f32 {
-        self.by_power.as_ref().map_or(0.0, |distribution| distribution.probability(source))
+    pub(super) fn choose(&self, point: Vec3, u: f32) -> Option<(u32, f32)> {
+        let chance = self.chance_of_tree();
+        if u < chance {
+            let (source, probability) = self.tree.choose(point, u / chance)?;
+            return Some((self.near[source as usize], chance * probability));
+        }
+        let choice = self.by_irradiance.as_ref()?.choose((u - chance) / (1.0 - chance));
+        Some((self.everywhere[choice.index as usize], (1.0 - chance) * choice.probability))
+    }
+
+    /// The probability of choosing a source that a ray can meet.
+    #[inline]
+    pub(super) fn probability(&self, point: Vec3, source: u32) -> f32 {
+        self.chance_of_tree() * self.tree.probability(point, source)
     }
 }

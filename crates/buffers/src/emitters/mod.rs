@@ -13,7 +13,9 @@
 
 mod build;
 mod choice;
+mod cone;
 mod sphere;
+mod tree;
 
 use brewster_geometry::{Affine, AreaSample, ShapeKind, SurfacePoint, area_scale, offset_origin, seen_from};
 use brewster_lanes::columns;
@@ -35,8 +37,6 @@ columns! {
         pub two_sided: bool,
         /// How places on it are drawn.
         pub placing: Placing,
-        /// Its flux in lumen, by the mean luminance of its radiance.
-        pub power: f64,
     }
 }
 
