@@ -19,7 +19,7 @@ const PANELS: usize = 48;
 const STEPS: usize = 96;
 
 /// Half of the nodes and weights of the Gauss-Legendre rule of eight (Abramowitz and Stegun, table 25.4).
-const GAUSS: [(f64, f64); 4] = [
+pub(crate) const GAUSS: [(f64, f64); 4] = [
     (0.183_434_642_495_65, 0.362_683_783_378_362),
     (0.525_532_409_916_329, 0.313_706_645_877_887),
     (0.796_666_477_413_627, 0.222_381_034_453_374),
@@ -60,7 +60,7 @@ pub fn rough_dielectric(view: DVec3, alpha: [f64; 2], eta_i: f64, eta_t: f64) ->
 
 /// The mean of a directional albedo `E(cosθ)` over all directions of even light, `2 ∫ E(μ) μ dμ`.
 pub fn average(directional: impl Fn(f64) -> f64) -> f64 {
-    gauss(0.0, 1.0, PANELS).map(|(cosine, weight)| 2.0 * cosine * weight * directional(cosine)).sum()
+    gauss(0.0, 1.0, PANELS / 4).map(|(cosine, weight)| 2.0 * cosine * weight * directional(cosine)).sum()
 }
 
 /// The direction at an angle of the given cosine from the normal, above the local x axis.

@@ -14,7 +14,8 @@
 //! | dust and clay: EON, the energy-preserving Oren-Nayar | [`rough_diffuse`] |
 //! | soap bubbles, oil, tempered steel: thin films | [`thin_film`] |
 //! | metals by color: F82-tint, edge tint | [`conductor`] |
-//! | what a rough surface reflects in all, by theory | [`albedo`] |
+//! | light of further facets, energy kept | [`multiple`] |
+//! | what a rough surface reflects in all: by theory, by table | [`albedo`], [`albedo_table`] |
 //! | the frame of a lobe, weights and densities | [`lobe`], [`basis`] |
 //! | from the unit square to disks, hemispheres, cones, triangles | [`warp`] |
 //! | Beer–Lambert absorption | [`absorption`] |
@@ -69,6 +70,7 @@
 
 pub mod absorption;
 pub mod albedo;
+pub mod albedo_table;
 pub mod basis;
 pub mod color;
 pub mod conductor;
@@ -79,6 +81,7 @@ pub mod lambert;
 pub mod lobe;
 pub mod metals;
 pub mod microfacet;
+pub mod multiple;
 pub mod phong;
 pub mod refraction;
 pub mod rough_diffuse;

@@ -10,7 +10,8 @@
 //!   come out brighter.
 //! - Facets are drawn as the viewer sees them, so that a sample's weight is `F G1(light)`, never above 1:
 //!   J. Dupuy and A. Benyoub, *Sampling Visible GGX Normals with Spherical Caps*, HPG 2023.
-//! - Light that meets a second facet is lost, as the model has it; [`albedo`](crate::albedo) says how much that is.
+//! - Light that meets a second facet is lost, as the model has it; [`albedo`](crate::albedo) says how much that is, and
+//!   [`multiple`](crate::multiple) gives it back.
 
 use core::f32::consts::{FRAC_1_PI, TAU};
 
@@ -70,10 +71,25 @@ impl Ggx {
         Ggx::isotropic(roughness * roughness)
     }
 
+    /// The widths along the local x and y axes.
+    #[inline(always)]
+    pub fn alphas(self) -> [f32; 2] {
+        [self.alpha_x, self.alpha_y]
+    }
+
     /// Whether the lobe is too narrow to be told from a mirror; shade it as one.
     #[inline(always)]
     pub fn is_smooth(self) -> bool {
         self.alpha_x.max(self.alpha_y) < SMOOTH_ALPHA
+    }
+
+    /// The width of isotropic facets that stand as straight in the mean, `√(αx αy)`: the same D along the normal.
+    ///
+    /// What a table of isotropic facets says of it stands for anisotropic ones: a mirror's albedo is at most 0.015 below
+    /// the true one, and up to 0.26 above where the widths differ eightfold, so less is given back than was lost.
+    #[inline(always)]
+    pub fn mean_alpha(self) -> f32 {
+        (self.alpha_x * self.alpha_y).sqrt()
     }
 
     /// D(m): the area of facets of normal `m` per area of the surface and solid angle.

@@ -12,7 +12,7 @@
 //! Varying Iridescence*, SIGGRAPH 2017, the sum is taken order by order, each with the bands' response to an optical path
 //! difference. Theirs fits the responses by Gaussians, which leave the range 0..1; here they are tabulated and the orders
 //! beyond the last are summed in closed form. For films of index 1.2 to 2.5 it is off by 0.005 at most, and by 0.03 over
-//! metal beyond 80°, where single wavelengths resonate.
+//! metal beyond 78°, where single wavelengths resonate.
 //!
 //! Indices are above 0, and a film's thickness lies in 0..10⁵ nm; one of thickness 0 is none, to the bit. The rays that
 //! go on leave at the angles of the boundary without a film: it is too thin to shift them.
