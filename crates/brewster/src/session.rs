@@ -3,7 +3,7 @@
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-use brewster_buffers::{Integrator, SceneBuffers, Settings};
+use brewster_buffers::{Integrator, SamplerKind, SceneBuffers, Settings};
 use brewster_film::FilmError;
 use brewster_import::{Applied, Diagnostic, Failure, Importer, LoadOptions, Loaded};
 use brewster_wavefront::Unsupported;
@@ -34,16 +34,25 @@ pub struct SettingsChoices {
     pub samples: Option<u32>,
     /// What chooses the pattern of samples.
     pub seed: Option<u64>,
+    /// Where random numbers come from.
+    pub sampler: Option<SamplerKind>,
+    /// Interactions before which a dielectric sends both rays.
+    pub split_depth: Option<u32>,
+    /// The largest radiance that one contribution may bring, above 0.
+    pub clamp: Option<f32>,
 }
 
 impl SettingsChoices {
     fn apply(&self, settings: &mut Settings) {
-        let SettingsChoices { resolution, integrator, max_depth, samples, seed } = *self;
+        let SettingsChoices { resolution, integrator, max_depth, samples, seed, sampler, split_depth, clamp } = *self;
         settings.resolution = resolution.unwrap_or(settings.resolution);
         settings.integrator = integrator.unwrap_or(settings.integrator);
         settings.max_depth = max_depth.unwrap_or(settings.max_depth);
         settings.samples = samples.unwrap_or(settings.samples);
         settings.seed = seed.unwrap_or(settings.seed);
+        settings.sampler = sampler.unwrap_or(settings.sampler);
+        settings.split_depth = split_depth.unwrap_or(settings.split_depth);
+        settings.clamp = clamp.unwrap_or(settings.clamp);
     }
 }
 

@@ -2,7 +2,7 @@
 //!
 //! - `render_writes_pictures`: every format, option and error of `render`.
 //! - `stats_agree`: counts do not depend on threads or batches, and every field is documented.
-//! - `ctrl_c_saves`: an interrupted render leaves what is finished.
+//! - `ctrl_c_saves`: an interrupted render, or one with a time limit, leaves what is finished.
 //! - `watch_follows_edits`: a preview follows its files and survives broken ones.
 //! - `check_tells`: what is wrong with a scene, as text and as JSON.
 //! - `fresnel_tabulates`: reflectance at known angles, and its plots.

@@ -4,14 +4,13 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
-use brewster::buffers::{Integrator, Settings, ToneMapping};
+use brewster::buffers::{Integrator, SamplerKind, Settings, ToneMapping};
 use brewster::film::{Display, Format, PngDepth, PngSettings, ToneMap, Window};
 use brewster::wavefront::queues::RaySource;
 use brewster::wavefront::{Control, Policy, Stage};
 use brewster::{Render, RenderOptions, Session, SettingsChoices, peak_memory, tree_time};
-use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
 use glam::UVec2;
 
@@ -23,7 +22,7 @@ use crate::terminal::{Progress, Terminal, count, duration, plural};
 
 /// Renders a scene to picture files.
 ///
-/// Ctrl-C saves what is finished and says how much that is; a second Ctrl-C ends at once.
+/// Ctrl-C, like a time limit, saves what is finished and says how much that is; a second Ctrl-C ends at once.
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
     #[command(flatten)]
@@ -42,8 +41,20 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=1000))]
     pub max_depth: Option<u32>,
     /// How light is carried.
-    #[arg(long, value_name = "NAME", ignore_case = true, value_parser = integrator())]
+    #[arg(long, value_name = "NAME", ignore_case = true, value_parser = values::one_of(INTEGRATORS))]
     pub integrator: Option<Integrator>,
+    /// With the integrator Path: interactions before which a dielectric sends a ray to either side; later one by chance.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=1000))]
+    pub split_depth: Option<u32>,
+    /// With the integrator Path: the largest radiance that one contribution may bring. Less noise, and light is missing.
+    #[arg(long, value_name = "RADIANCE", value_parser = values::above_zero)]
+    pub clamp: Option<f32>,
+    /// Where random numbers come from.
+    #[arg(long, value_name = "NAME", ignore_case = true, value_parser = values::one_of(SAMPLERS))]
+    pub sampler: Option<SamplerKind>,
+    /// Stop after so many seconds of tracing, at the end of a pass; the picture has the samples that it then has.
+    #[arg(long, value_name = "SECONDS", value_parser = values::seconds)]
+    pub time_limit: Option<Duration>,
     /// Threads; without it, as many as there are cores.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub threads: Option<u16>,
@@ -65,7 +76,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "BITS", value_enum, default_value_t = PngBits::Eight)]
     pub png_depth: PngBits,
     /// Render again whenever the scene or a file that it refers to changes; Ctrl-C ends.
-    #[arg(long, conflicts_with_all = ["stats", "trace"])]
+    #[arg(long, conflicts_with_all = ["stats", "trace", "time_limit"])]
     pub watch: bool,
     /// Write counts and times as JSON.
     #[arg(long, value_name = "FILE.json")]
@@ -77,6 +88,10 @@ pub(crate) struct Arguments {
     #[arg(short, long)]
     pub quiet: bool,
 }
+
+const INTEGRATORS: &[(&str, Integrator)] = &[("Whitted", Integrator::Whitted), ("Path", Integrator::Path)];
+
+const SAMPLERS: &[(&str, SamplerKind)] = &[("Sobol", SamplerKind::Sobol), ("Independent", SamplerKind::Independent)];
 
 /// Bits per channel of a PNG.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -100,9 +115,13 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
 
     let warnings = load(&mut session, terminal)?;
     let mut render = session.render(arguments.options())?;
-    let complete = trace(&mut render, terminal, || interrupt.asked(), |_, _| true);
-    let samples = render.samples();
-    if samples.most == 0 {
+    let begin = Instant::now();
+    let is_late = || arguments.time_limit.is_some_and(|limit| begin.elapsed() >= limit);
+    let complete = trace(&mut render, terminal, || interrupt.asked() || is_late(), |_, _| true);
+    if render.samples().most == 0 {
+        if !interrupt.asked() {
+            return Err(Failure::input("the time limit was over before the first sample; nothing is written"));
+        }
         terminal.say("interrupted before the first sample; nothing is written");
         return Err(Failure::Interrupted);
     }
@@ -120,7 +139,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     for path in outputs.iter().chain(&arguments.stats).chain(&arguments.trace) {
         terminal.say(format_args!("wrote    {}", path.display()));
     }
-    if complete { Ok(()) } else { Err(Failure::Interrupted) }
+    if complete || !interrupt.asked() { Ok(()) } else { Err(Failure::Interrupted) }
 }
 
 impl Arguments {
@@ -151,6 +170,9 @@ impl Arguments {
             max_depth: self.max_depth,
             samples: self.samples,
             seed: self.seed,
+            sampler: self.sampler,
+            split_depth: self.split_depth,
+            clamp: self.clamp,
         }
     }
 
@@ -166,8 +188,9 @@ impl Arguments {
             crop: self.crop,
             threads: self.threads.map_or(default.threads, usize::from),
             policy,
+            // A pass is what a time limit may be late by.
+            pass_time: self.time_limit.map_or(default.pass_time, |limit| default.pass_time.min(limit / 10)),
             trace: self.trace.is_some(),
-            ..default
         }
     }
 
@@ -184,10 +207,6 @@ impl Arguments {
         let display = self.display.over(Display { exposure: settings.exposure, tone_map });
         PngSettings { display, depth, ..PngSettings::default() }
     }
-}
-
-fn integrator() -> impl TypedValueParser<Value = Integrator> {
-    PossibleValuesParser::new([PossibleValue::new("Whitted")]).map(|_| Integrator::Whitted)
 }
 
 /// Reads and flattens the scene; the number of warnings.

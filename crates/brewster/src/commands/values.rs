@@ -4,6 +4,7 @@ use std::fmt::Display;
 use std::fs::{self, OpenOptions};
 use std::path::Path;
 use std::process;
+use std::time::Duration;
 
 use brewster::film::{self, ToneMap, Window};
 use clap::Args;
@@ -40,10 +41,34 @@ fn tone_map() -> impl TypedValueParser<Value = ToneMap> {
     })
 }
 
+/// One of these names, for its value.
+pub(crate) fn one_of<T: Clone + Send + Sync + 'static>(
+    values: &'static [(&'static str, T)],
+) -> impl TypedValueParser<Value = T> {
+    PossibleValuesParser::new(values.iter().map(|(name, _)| PossibleValue::new(*name))).map(|given| {
+        let found = values.iter().find(|(name, _)| name.eq_ignore_ascii_case(&given));
+        found.expect("the parser lets only these names through").1.clone()
+    })
+}
+
 /// A finite number.
 pub(crate) fn finite(text: &str) -> Result<f32, String> {
     let value: f32 = text.parse().map_err(|_| "expected a number".to_owned())?;
     if value.is_finite() { Ok(value) } else { Err("expected a finite number".to_owned()) }
+}
+
+/// A finite number above zero.
+pub(crate) fn above_zero(text: &str) -> Result<f32, String> {
+    finite(text).and_then(|value| if value > 0.0 { Ok(value) } else { Err("expected a number above 0".to_owned()) })
+}
+
+/// A time above zero.
+pub(crate) fn seconds(text: &str) -> Result<Duration, String> {
+    let seconds: f64 = text.parse().map_err(|_| "expected a number of seconds".to_owned())?;
+    match Duration::try_from_secs_f64(seconds) {
+        Ok(time) if !time.is_zero() => Ok(time),
+        _ => Err("expected seconds above 0".to_owned()),
+    }
 }
 
 /// `WxH`.
@@ -106,7 +131,17 @@ mod tests {
     fn infinite_exposures_are_refused() {
         assert_eq!(finite("-1.5"), Ok(-1.5));
         for wrong in ["", "inf", "NaN", "1e99", "two"] {
-            assert!(finite(wrong).is_err(), "{wrong}");
+            assert!(finite(wrong).is_err() && above_zero(wrong).is_err(), "{wrong}");
+        }
+        assert_eq!(above_zero("0.5"), Ok(0.5));
+        assert!(above_zero("0").is_err() && above_zero("-1").is_err());
+    }
+
+    #[test]
+    fn times_are_above_zero() {
+        assert_eq!(seconds("1.5"), Ok(Duration::from_millis(1500)));
+        for wrong in ["", "0", "-1", "NaN", "inf", "1e30", "1s", "1e-30"] {
+            assert!(seconds(wrong).is_err(), "{wrong}");
         }
     }
 }

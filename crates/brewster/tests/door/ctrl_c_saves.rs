@@ -1,4 +1,4 @@
-//! An interrupted render leaves what is finished.
+//! An interrupted render, or one whose time is over, leaves what is finished.
 
 use std::io::{BufRead, BufReader, Read};
 use std::process::{Child, Command, Stdio};
@@ -45,6 +45,21 @@ fn whole_passes_are_saved_and_equal_a_render_of_so_many_samples() {
     let taken = samples["most"].as_u64().expect("a count");
     assert!(samples["least"] == samples["most"] && taken > 0 && taken < 20_000, "{samples}");
     assert!(ended.err.contains("every pixel has"), "{ended:?}");
+    desk.run(&format!("render scene.ron -o b.exr --samples {taken}")).expect(0, "");
+    let [a, b] = ["a.exr", "b.exr"].map(|name| read_image(&desk.path(name)).unwrap());
+    assert!(a == b, "the picture is not that of {taken} samples");
+}
+
+#[test]
+fn a_time_limit_stops_after_whole_passes_and_is_no_interruption() {
+    let desk = Desk::with_scene();
+    let limited = "render scene.ron -o a.exr --samples 1000000 --time-limit 0.5 --stats a.json";
+    desk.run(limited).expect(0, "of 1000000");
+    let stats = desk.json("a.json");
+    let (samples, trace) = (&stats["samples"], stats["times"]["trace"].as_f64().expect("seconds"));
+    let taken = samples["most"].as_u64().expect("a count");
+    assert!(samples["least"] == samples["most"] && taken > 0 && taken < 1_000_000, "{samples}");
+    assert!(trace >= 0.4, "{trace} s");
     desk.run(&format!("render scene.ron -o b.exr --samples {taken}")).expect(0, "");
     let [a, b] = ["a.exr", "b.exr"].map(|name| read_image(&desk.path(name)).unwrap());
     assert!(a == b, "the picture is not that of {taken} samples");

@@ -62,7 +62,8 @@ fn options_take_the_place_of_settings() {
     let settings = &desk.json("a.json")["settings"];
     let expected = serde_json::json!({
         "resolution": [20, 10], "crop": [4, 2, 8, 6], "camera": "", "integrator": "Whitted", "max_depth": 1,
-        "samples": 3, "seed": 5, "filter": "BlackmanHarris", "transparent_shadows": false,
+        "samples": 3, "seed": 5, "sampler": "Sobol", "split_depth": 1, "roulette": true, "clamp": null,
+        "filter": "BlackmanHarris", "transparent_shadows": false,
         "contribution_threshold": 0.0, "exposure": 0.0, "tone_mapping": "Srgb",
     });
     assert_eq!(*settings, expected);
@@ -70,6 +71,21 @@ fn options_take_the_place_of_settings() {
     assert_eq!((image.width, image.height), (20, 10));
     let outside = image.color.iter().enumerate().filter(|(index, _)| index % 20 < 4 || index / 20 < 2);
     assert!(outside.into_iter().all(|(_, color)| *color == [0.0; 3]), "outside the crop window");
+}
+
+#[test]
+fn options_of_paths_take_the_place_of_settings() {
+    let desk = Desk::new();
+    desk.write("scene.ron", &SCENE.replace("Phong(diffuse: 0.7, specular: 0.1, exponent: 40)", "Lambert(albedo: 0.7)"));
+    let options = "--integrator path --sampler independent --split-depth 3 --clamp 2.5";
+    desk.run(&format!("render scene.ron -o a.exr --stats a.json {options}")).expect(0, "");
+    let settings = &desk.json("a.json")["settings"];
+    let found = ["integrator", "sampler", "split_depth", "clamp"].map(|name| settings[name].to_string());
+    assert_eq!(found, ["\"Path\"", "\"Independent\"", "3", "2.5"]);
+    for (options, is_same) in [("", false), (options, true)] {
+        desk.run(&format!("render scene.ron -o b.exr {options}")).expect(0, "");
+        assert_eq!(read_image(&desk.path("a.exr")).unwrap() == read_image(&desk.path("b.exr")).unwrap(), is_same);
+    }
 }
 
 #[test]
@@ -104,7 +120,13 @@ fn what_cannot_be_written_is_told_before_anything_is_done() {
         ("-o a.png -o a.png", 2, "named for two files"),
         ("--resolution 0x10", 2, "expected WxH"),
         ("--samples 0", 2, "1..=1048576"),
-        ("--integrator Path", 2, "Whitted"),
+        ("--integrator Paths", 2, "Whitted, Path"),
+        ("--integrator Path", 1, "Phong"),
+        ("--sampler Halton", 2, "Sobol, Independent"),
+        ("--clamp 0", 2, "expected a number above 0"),
+        ("--split-depth 1001", 2, "0..=1000"),
+        ("--time-limit 0", 2, "expected seconds above 0"),
+        ("--time-limit 1e-9", 1, "before the first sample"),
         ("--crop 40,0,20,10", 1, "crop window"),
         ("--resolution 70000x1", 1, "65536"),
         ("--camera side", 1, "\"top\""),
