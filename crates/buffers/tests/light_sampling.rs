@@ -191,14 +191,12 @@ fn each_view(mut view: impl FnMut(&str, &SceneBuffers, Vec3)) {
     let mut random = Random(5);
     for shape in table().1 {
         for (i, at) in places().into_iter().enumerate() {
-            for two_sided in [false, true] {
+            for (j, distance) in [0.23, 1.4, 1.8].into_iter().enumerate() {
+                let two_sided = (i + j) % 2 == 1;
                 let scene = scene(shape, at, two_sided);
-                for distance in [0.23, 1.4, 1.8] {
-                    let away = if distance < 1.0 { Vec3::new(0.05, 0.1, 0.2) } else { random.direction() * distance };
-                    let point = at.transform_point3(away);
-                    let name = format!("{:?} in place {i}, two-sided: {two_sided}, from {distance}", shape.kind);
-                    view(&name, &scene, point);
-                }
+                let away = if distance < 1.0 { Vec3::new(0.05, 0.1, 0.2) } else { random.direction() * distance };
+                let name = format!("{:?} in place {i}, two-sided: {two_sided}, from {distance}", shape.kind);
+                view(&name, &scene, at.transform_point3(away));
             }
         }
     }
@@ -265,5 +263,5 @@ fn a_ray_along_a_sample_finds_it() {
     });
     // Next to an edge the other face may be met.
     assert!(wrong.len() * 5000 < found, "{} of {found}: {:?}", wrong.len(), wrong.first());
-    assert!(found > 20_000, "only {found} were found");
+    assert!(found > 10_000, "only {found} were found");
 }

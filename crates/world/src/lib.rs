@@ -36,5 +36,5 @@ mod flatten;
 mod scene;
 mod systems;
 
-pub use flatten::{FlattenReport, Invalid, MeshTreeEdits, Problem, RowEdits, TopTreeEdit};
+pub use flatten::{EmittersEdit, FlattenReport, Invalid, MeshTreeEdits, Problem, RowEdits, TopTreeEdit};
 pub use scene::Scene;

@@ -7,7 +7,7 @@ use bevy_ecs::hierarchy::ChildOf;
 use brewster_buffers::{MaterialKind, Texture};
 use brewster_geometry::TriangleMesh;
 use brewster_world::components::*;
-use brewster_world::{FlattenReport, RowEdits, Scene, TopTreeEdit};
+use brewster_world::{EmittersEdit, FlattenReport, RowEdits, Scene, TopTreeEdit};
 use glam::{Affine3A, Vec3};
 
 const GRAY: Material = Material::Lambert { albedo: Color::gray(0.5) };
@@ -273,4 +273,50 @@ fn a_worn_tree_is_built_anew() {
         }
     });
     assert_eq!(report.top_tree, TopTreeEdit::Rebuilt(3000));
+}
+
+#[test]
+fn emitters_are_gathered_when_something_shines_anew() {
+    let mut scene = Scene::new();
+    let glow = |gray| Material::Emissive { radiance: Color::gray(gray), two_sided: false };
+    let gray = scene.spawn((SceneKey(10), GRAY)).id();
+    let other = scene.spawn((SceneKey(20), ball(1.0), UsesMaterial(gray))).id();
+    let lamp = scene.spawn((SceneKey(30), ball(0.2), glow(5.0), at(3.0))).id();
+    let point = Light::Point { intensity: Vec3::ONE, falloff: Falloff::InverseSquare };
+    let light = scene.spawn((SceneKey(40), point, at(-3.0))).id();
+    let gathered = |sources, tree_built| EmittersEdit::Gathered { sources, tree_built };
+    assert_eq!(scene.flatten().emitters, gathered(2, true));
+    assert_eq!(scene.flatten().emitters, EmittersEdit::Kept);
+
+    let mut check = |expected: EmittersEdit, edit: &mut dyn FnMut(&mut Scene)| {
+        let report = after(&mut scene, edit);
+        assert_eq!(report.emitters, expected, "{report}");
+    };
+    let set = |scene: &mut Scene, entity, place| *scene.world_mut().get_mut::<Transform>(entity).unwrap() = place;
+    check(EmittersEdit::Kept, &mut |scene| set(scene, other, at(1.0)));
+    check(gathered(2, true), &mut |scene| set(scene, lamp, at(4.0)));
+    check(gathered(2, true), &mut |scene| set(scene, light, at(-4.0)));
+    check(EmittersEdit::Kept, &mut |scene| {
+        let lens = Camera { projection: Projection::Orthographic { height: 2.0 }, lens: None };
+        scene.world_mut().entity_mut(other).insert(lens);
+    });
+    // A new row before that of the lamp, then another color of what does not shine: the tree knows nothing of either.
+    check(gathered(2, false), &mut |scene| {
+        scene.spawn((SceneKey(15), ball(0.5), UsesMaterial(gray)));
+    });
+    check(gathered(2, false), &mut |scene| {
+        *scene.world_mut().get_mut::<Material>(gray).unwrap() = Material::Lambert { albedo: Color::WHITE };
+    });
+    check(gathered(2, true), &mut |scene| *scene.world_mut().get_mut::<Shape>(lamp).unwrap() = ball(0.3));
+    check(gathered(2, true), &mut |scene| *scene.world_mut().get_mut::<Material>(lamp).unwrap() = glow(7.0));
+    check(gathered(3, true), &mut |scene| {
+        scene.world_mut().entity_mut(other).insert(UsesMaterial(lamp));
+    });
+    check(gathered(2, true), &mut |scene| {
+        scene.world_mut().entity_mut(other).insert(UsesMaterial(gray));
+    });
+    check(gathered(1, true), &mut |scene| *scene.world_mut().get_mut::<Material>(lamp).unwrap() = glow(0.0));
+    check(gathered(0, true), &mut |scene| {
+        scene.world_mut().despawn(light);
+    });
 }

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::f32::consts::FRAC_PI_2;
+use std::sync::Arc;
 
 use brewster_geometry::{Aabb, Affine, ShapeKind, TriangleMesh, area_scale};
 use brewster_lanes::math;
@@ -12,7 +13,7 @@ use super::choice::{LightChoice, Source};
 use super::cone::Cone;
 use super::tree::LightBounds;
 use super::{Emitter, Emitters, Placing};
-use crate::{Distribution, Emissive, Instance, Light, LightKind, MaterialKind, SceneBuffers};
+use crate::{ColorSource, Distribution, Emissive, Instance, Light, LightKind, MaterialKind, SceneBuffers, TextureId};
 
 impl Emitters {
     /// Gathers what shines in a scene. Looks at every instance, at every pixel of the textures of emissive materials, and at
@@ -20,7 +21,15 @@ impl Emitters {
     ///
     /// Planes without end and black surfaces are no emitters.
     pub fn new(scene: &SceneBuffers) -> Emitters {
-        let mut gathered = Gathered { scene, tables: BTreeMap::new(), emitters: Emitters::default() };
+        Emitters::default().update(scene).0
+    }
+
+    /// The emitters after edits of a scene: equal to new ones. Meshes that were there are not looked at again, and if all sources
+    /// are where they were and as they were the tree is kept. Tells whether it was built.
+    pub fn update(self, scene: &SceneBuffers) -> (Emitters, bool) {
+        let earlier = self.meshes.into_iter().map(|emitter| (Arc::as_ptr(&emitter.mesh), emitter)).collect();
+        let emitters = Emitters::default();
+        let mut gathered = Gathered { scene, earlier, tables: BTreeMap::new(), means: BTreeMap::new(), emitters };
         let mut sources: Vec<Source> = Vec::new();
         for instance in 0..scene.instances.len() {
             sources.extend(gathered.gather(instance).map(Source::Near));
@@ -33,24 +42,54 @@ impl Emitters {
                 sources.push(source_of_light(&light));
             }
         }
-        emitters.choice = LightChoice::new(&sources);
-        emitters
+        let is_built = self.choice.sources() != sources;
+        emitters.choice = if is_built { LightChoice::new(sources) } else { self.choice };
+        (emitters, is_built)
     }
 }
 
-/// The emitters so far, and what instances of one mesh share.
+/// The emitters so far, and what instances share.
 struct Gathered<'a> {
     scene: &'a SceneBuffers,
-    /// By the row of a mesh, the row of its table of triangles and its extent in object space; none if no triangle has an area.
-    tables: BTreeMap<u32, Option<(u32, Extent)>>,
+    /// Meshes that were looked at for an earlier state of the scene.
+    earlier: BTreeMap<*const TriangleMesh, Arc<MeshEmitter>>,
+    /// By the row of a mesh, its row among emissive ones; none if no triangle has an area.
+    tables: BTreeMap<u32, Option<u32>>,
+    /// Mean luminances of textures.
+    means: BTreeMap<TextureId, f64>,
     emitters: Emitters,
 }
 
 /// How large a surface is, and where its normals point.
-#[derive(Clone, Copy)]
-struct Extent {
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Extent {
     area: f64,
     normals: Cone,
+}
+
+/// What all instances of an emissive mesh share.
+#[derive(Clone, Debug)]
+pub(super) struct MeshEmitter {
+    mesh: Arc<TriangleMesh>,
+    /// By area in object space.
+    pub(super) triangles: Distribution,
+    /// In object space.
+    extent: Extent,
+}
+
+/// Meshes are equal if they are one in memory, and then so is what follows from them.
+impl PartialEq for MeshEmitter {
+    fn eq(&self, other: &MeshEmitter) -> bool {
+        Arc::ptr_eq(&self.mesh, &other.mesh)
+    }
+}
+
+impl MeshEmitter {
+    fn new(mesh: &Arc<TriangleMesh>) -> Option<MeshEmitter> {
+        let areas: Vec<f64> = (0..mesh.triangles.len()).map(|triangle| mesh.area(triangle)).collect();
+        let (triangles, extent) = (Distribution::new(&areas)?, extent_of_mesh(mesh, &Affine::IDENTITY));
+        Some(MeshEmitter { mesh: mesh.clone(), triangles, extent })
+    }
 }
 
 impl Gathered<'_> {
@@ -63,7 +102,7 @@ impl Gathered<'_> {
             return None;
         }
         let emissive = scene.materials.emissive.get(material.row as usize);
-        let mean = f64::from(luminance(scene.textures.mean(emissive.radiance)));
+        let mean = self.mean_luminance(emissive.radiance);
         if mean.partial_cmp(&0.0) != Some(std::cmp::Ordering::Greater) {
             return None;
         }
@@ -82,27 +121,38 @@ impl Gathered<'_> {
         Some(LightBounds { bounds, normals, emission: FRAC_PI_2, intensity: mean * area * seen })
     }
 
+    fn mean_luminance(&mut self, color: ColorSource) -> f64 {
+        let mean = || f64::from(luminance(self.scene.textures.mean(color)));
+        if color.texture == TextureId::NONE { mean() } else { *self.means.entry(color.texture).or_insert_with(mean) }
+    }
+
+    /// The row of a mesh among emissive ones.
+    fn row_of_mesh(&mut self, row: u32) -> Option<u32> {
+        let mesh = &self.scene.shapes.meshes[row as usize];
+        let (earlier, meshes) = (&self.earlier, &mut self.emitters.meshes);
+        *self.tables.entry(row).or_insert_with(|| {
+            let earlier = earlier.get(&Arc::as_ptr(mesh)).cloned();
+            meshes.push(earlier.or_else(|| MeshEmitter::new(mesh).map(Arc::new))?);
+            Some(meshes.len() as u32 - 1)
+        })
+    }
+
     /// How places on an instance are drawn, and its extent in world space.
     fn place(&mut self, instance: &Instance) -> Option<(Placing, Extent)> {
         let (shape, to_world) = (instance.shape, &instance.object_to_world);
         let scale = to_world.uniform_scale();
         if shape.kind == ShapeKind::Mesh {
-            let mesh = &self.scene.shapes.meshes[shape.row as usize];
-            let triangles = &mut self.emitters.triangles;
-            let shared = self.tables.entry(shape.row).or_insert_with(|| {
-                let areas: Vec<f64> = (0..mesh.triangles.len()).map(|triangle| mesh.area(triangle)).collect();
-                triangles.push(Distribution::new(&areas)?);
-                Some((triangles.len() as u32 - 1, extent_of_mesh(mesh, &Affine::IDENTITY)))
-            });
-            let (table, extent) = (*shared)?;
+            let mesh = self.row_of_mesh(shape.row)?;
+            let emitter = &self.emitters.meshes[mesh as usize];
             let extent = match scale {
                 Some(scale) => {
-                    let axis = instance.world_to_object.normal_to_source(extent.normals.axis);
-                    Extent { area: extent.area * scale * scale, normals: Cone { axis, ..extent.normals } }
+                    let Extent { area, normals } = emitter.extent;
+                    let axis = instance.world_to_object.normal_to_source(normals.axis);
+                    Extent { area: area * scale * scale, normals: Cone { axis, ..normals } }
                 }
-                None => extent_of_mesh(mesh, to_world),
+                None => extent_of_mesh(&emitter.mesh, to_world),
             };
-            return Some((Placing::Triangles { table }, extent));
+            return Some((Placing::Triangles { mesh }, extent));
         }
         let area = self.scene.shapes.area(shape)?;
         let placing = match (shape.kind, scale) {

@@ -6,7 +6,7 @@ use super::tree::{LightBounds, LightTree};
 use crate::Distribution;
 
 /// What a choice is made by.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Source {
     /// A source in a place, weakened by the squared distance.
     Near(LightBounds),
@@ -18,6 +18,7 @@ pub(super) enum Source {
 /// time, by irradiance.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct LightChoice {
+    sources: Vec<Source>,
     tree: LightTree,
     /// The sources of the tree.
     near: Vec<u32>,
@@ -29,10 +30,10 @@ pub(super) struct LightChoice {
 impl LightChoice {
     /// A choice of sources in the order of their numbers. What can be met by a ray comes first, so that its number is the same
     /// in the tree.
-    pub(super) fn new(sources: &[Source]) -> LightChoice {
+    pub(super) fn new(sources: Vec<Source>) -> LightChoice {
         let mut choice = LightChoice::default();
         let (mut bounds, mut irradiances) = (Vec::new(), Vec::new());
-        for (number, source) in (0..).zip(sources) {
+        for (number, source) in (0..).zip(&sources) {
             match *source {
                 Source::Near(source) => {
                     choice.near.push(number);
@@ -46,7 +47,13 @@ impl LightChoice {
         }
         choice.tree = LightTree::new(&bounds);
         choice.by_irradiance = Distribution::new(&irradiances);
+        choice.sources = sources;
         choice
+    }
+
+    /// What it was made of.
+    pub(super) fn sources(&self) -> &[Source] {
+        &self.sources
     }
 
     /// The probability of asking the tree.

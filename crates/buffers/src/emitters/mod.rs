@@ -17,12 +17,15 @@ mod cone;
 mod sphere;
 mod tree;
 
+use std::sync::Arc;
+
 use brewster_geometry::{Affine, AreaSample, ShapeKind, SurfacePoint, area_scale, offset_origin, seen_from};
 use brewster_lanes::columns;
 use glam::Vec3;
 
-use crate::{ColorSource, Distribution, LightSample, SceneBuffers};
+use crate::{ColorSource, LightSample, SceneBuffers};
 
+use self::build::MeshEmitter;
 use self::choice::LightChoice;
 use self::sphere::PlacedSphere;
 
@@ -53,20 +56,20 @@ pub enum Placing {
         /// The area.
         area: f64,
     },
-    /// Over the triangles of a mesh, by this row of the tables of triangles.
+    /// Over the triangles of a mesh.
     Triangles {
-        /// The row.
-        table: u32,
+        /// Its row among emissive meshes.
+        mesh: u32,
     },
 }
 
 /// What sends out light, and how it is chosen from. Written whole by [`Emitters::new`], stale when instances, shapes, emissive
-/// materials, their textures or lights have changed.
+/// materials, their textures or lights have changed; [`Emitters::update`] spares what did not change.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Emitters {
     rows: EmitterColumns,
-    /// The triangles of each mesh that is emissive somewhere, by area.
-    triangles: Vec<Distribution>,
+    /// Meshes that are emissive somewhere.
+    meshes: Vec<Arc<MeshEmitter>>,
     /// Rows of lights that shine: what a choice beyond the emitters means.
     lights: Vec<u32>,
     choice: LightChoice,
@@ -147,10 +150,10 @@ impl SceneBuffers {
         let density = match rows.placing[row] {
             Placing::Cone { radius } => PlacedSphere::new(to_world, radius).pdf(origin, rows.two_sided[row]),
             Placing::Area { area } => 1.0 / area * per_solid_angle(to_world, hit.geometric_normal, squared, cosine),
-            Placing::Triangles { table } => {
+            Placing::Triangles { mesh } => {
                 let shape = self.instances.view().shape[instance as usize];
                 let area = self.shapes.meshes[shape.row as usize].area(primitive as usize);
-                let probability = f64::from(emitters.triangles[table as usize].probability(primitive));
+                let probability = f64::from(emitters.meshes[mesh as usize].triangles.probability(primitive));
                 // A triangle without area is never drawn, and no ray meets it.
                 if probability == 0.0 {
                     return 0.0;
@@ -183,8 +186,8 @@ impl SceneBuffers {
                 let (direction, factor) = toward(point, to_world, &surface, two_sided)?;
                 (surface, direction, factor / area)
             }
-            Placing::Triangles { table } => {
-                let triangle = self.emitters.triangles[table as usize].choose(place[0]);
+            Placing::Triangles { mesh } => {
+                let triangle = self.emitters.meshes[mesh as usize].triangles.choose(place[0]);
                 let mesh = &self.shapes.meshes[shape.row as usize];
                 let surface = seen(&mesh.sample_area(triangle.index as usize, [triangle.rest, place[1]]));
                 let (direction, factor) = toward(point, to_world, &surface, two_sided)?;

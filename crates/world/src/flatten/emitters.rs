@@ -1,15 +1,37 @@
-//! Emitters: gathered anew when anything changed that may shine.
+//! Emitters: gathered when something changed that shines, or when rows changed their numbers. What else is edited costs a look at
+//! the rows that were written.
 
 use bevy_ecs::system::{Res, ResMut};
-use brewster_buffers::Emitters;
+use brewster_buffers::{MaterialKind, SceneBuffers};
 
-use super::report::FlattenReport;
+use super::report::{EmittersEdit, FlattenReport};
 use super::{Buffers, Edits};
 
-/// Gathers emitters if instances, shapes, materials, textures or lights were written.
-pub(super) fn flatten_emitters(edits: Res<Edits>, mut buffers: ResMut<Buffers>, report: Res<FlattenReport>) {
-    let tables = [report.instances, report.shapes, report.materials, report.textures, report.lights];
-    if edits.regrouped || !edits.touched.is_empty() || tables.iter().any(|edits| !edits.is_none()) {
-        buffers.0.emitters = Emitters::new(&buffers.0);
+/// Has the emitters and their tree follow instances, materials and lights.
+pub(super) fn flatten_emitters(edits: Res<Edits>, mut buffers: ResMut<Buffers>, mut report: ResMut<FlattenReport>) {
+    let buffers = &mut buffers.0;
+    if is_stale(buffers, &edits, &report) {
+        let (emitters, tree_built) = std::mem::take(&mut buffers.emitters).update(buffers);
+        report.emitters = EmittersEdit::Gathered { sources: emitters.len(), tree_built };
+        buffers.emitters = emitters;
     }
+}
+
+/// Whether what shines may have changed.
+fn is_stale(buffers: &SceneBuffers, edits: &Edits, report: &FlattenReport) -> bool {
+    if !report.lights.is_none() {
+        return true;
+    }
+    let emitters = buffers.emitters.rows();
+    if emitters.is_empty() && buffers.materials.emissive.is_empty() {
+        return false;
+    }
+    if edits.regrouped || !report.materials.is_none() || !report.textures.is_none() || !report.shapes.is_none() {
+        return true;
+    }
+    let instances = buffers.instances.view();
+    let kinds = buffers.materials.rows.view().kind;
+    let shines = |row: u32| kinds[instances.material[row as usize].0 as usize] == MaterialKind::Emissive;
+    let shone = |row: u32| emitters.instance.binary_search(&row).is_ok();
+    edits.touched.iter().chain(&edits.rewritten).any(|&row| shines(row) || shone(row))
 }

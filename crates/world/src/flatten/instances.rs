@@ -211,7 +211,10 @@ pub(super) fn flatten_rewired_instances(
         };
         // Another shape may have an end where the old one had none.
         edits.regrouped |= source.shape != index.sources[row].shape;
-        report.instances.rewritten += usize::from(buffers.instances.get(row) != instance);
+        if buffers.instances.get(row) != instance {
+            report.instances.rewritten += 1;
+            edits.rewritten.push(row as u32);
+        }
         buffers.instances.set(row, instance);
         index.sources[row] = source;
     }

@@ -27,7 +27,7 @@ use self::report::{Clock, timed};
 use crate::components::{Background, Settings};
 use crate::systems::{FreeKey, Moved, assign_keys, propagate_transforms};
 
-pub use self::report::{FlattenReport, Invalid, MeshTreeEdits, Problem, RowEdits, TopTreeEdit};
+pub use self::report::{EmittersEdit, FlattenReport, Invalid, MeshTreeEdits, Problem, RowEdits, TopTreeEdit};
 
 /// The columns that flattening keeps up to date.
 #[derive(Resource, Default)]
@@ -65,6 +65,8 @@ struct Edits {
     reshaped: Vec<Entity>,
     /// Rows whose bounds changed.
     touched: Vec<u32>,
+    /// Rows that refer to another shape or material than before.
+    rewritten: Vec<u32>,
     /// Whether the top tree has to be built anew, since rows came, went or changed their kind.
     regrouped: bool,
 }

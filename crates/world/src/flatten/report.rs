@@ -34,6 +34,8 @@ pub struct FlattenReport {
     pub mesh_trees: MeshTreeEdits,
     /// What happened to the top-level tree.
     pub top_tree: TopTreeEdit,
+    /// What happened to the emitters.
+    pub emitters: EmittersEdit,
     /// What could not be flattened, in the order of entities: reported by every flatten until it is mended.
     pub invalid: Vec<Invalid>,
     /// The time of each system, in the order in which they ran.
@@ -78,6 +80,21 @@ pub enum TopTreeEdit {
     /// It was built anew over this many instances: some came, went or got another kind of shape, or so many moved so far that
     /// rays would have become slow.
     Rebuilt(usize),
+}
+
+/// What happened to what sends out light.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum EmittersEdit {
+    /// Nothing.
+    #[default]
+    Kept,
+    /// They were gathered from all instances and lights.
+    Gathered {
+        /// Instances and lights that shine.
+        sources: usize,
+        /// Whether the light tree was built: it is kept where sources only changed their rows.
+        tree_built: bool,
+    },
 }
 
 /// An entity that was left out, or one of its roles.
@@ -179,6 +196,10 @@ impl fmt::Display for FlattenReport {
             TopTreeEdit::Kept => writeln!(f, "top tree: kept")?,
             TopTreeEdit::Refitted(moved) => writeln!(f, "top tree: refitted to {moved} instances")?,
             TopTreeEdit::Rebuilt(instances) => writeln!(f, "top tree: rebuilt over {instances} instances")?,
+        }
+        if let EmittersEdit::Gathered { sources, tree_built } = self.emitters {
+            let tree = if tree_built { "built" } else { "kept" };
+            writeln!(f, "emitters: {sources} gathered, light tree {tree}")?;
         }
         for invalid in &self.invalid {
             writeln!(f, "left out: {invalid}")?;
