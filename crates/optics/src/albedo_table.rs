@@ -74,12 +74,14 @@ pub fn reflected(cosine: f32, alpha: f32, eta: f32) -> f32 {
     (smooth * at_index(&TABLES.outside, cosine, alpha, eta) * part).min(1.0)
 }
 
-/// The average of [`reflected`] over even light.
+/// The average of [`reflected`] over even light; 0 where there is no boundary.
 #[inline(always)]
 pub fn reflected_average(alpha: f32, eta: f32) -> f32 {
-    between(index_row(eta), |plane| {
+    let table = between(index_row(eta), |plane| {
         between(rough_row(alpha, BOUNDARY), |row| number(TABLES.reflected_average[plane][row]))
-    })
+    });
+    // Below the first row it falls to nothing.
+    table * ((eta - 1.0) / (ETA.0 - 1.0)).clamp(0.0, 1.0)
 }
 
 /// A place between rows: the lower one, and how far it is to the next.

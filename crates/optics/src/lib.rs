@@ -14,6 +14,7 @@
 //! | dust and clay: EON, the energy-preserving Oren-Nayar | [`rough_diffuse`] |
 //! | soap bubbles, oil, tempered steel: thin films | [`thin_film`] |
 //! | metals by color: F82-tint, edge tint | [`conductor`] |
+//! | plastic and car paint: a coat over diffuse, over metal | [`layered`] |
 //! | light of further facets, energy kept | [`multiple`] |
 //! | what a rough surface reflects in all: by theory, by table | [`albedo`], [`albedo_table`] |
 //! | the frame of a lobe, weights and densities | [`lobe`], [`basis`] |
@@ -78,6 +79,7 @@ pub mod dispersion;
 pub mod fresnel;
 pub mod glasses;
 pub mod lambert;
+pub mod layered;
 pub mod lobe;
 pub mod metals;
 pub mod microfacet;
