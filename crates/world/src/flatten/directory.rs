@@ -87,3 +87,74 @@ impl Moves {
         self.to[old as usize]
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use bevy_ecs::world::World;
+
+    use super::*;
+
+    fn entities<const N: usize>() -> [Entity; N] {
+        let mut world = World::new();
+        std::array::from_fn(|_| world.spawn_empty().id())
+    }
+
+    fn owners<const N: usize>(rows: [(u64, Entity); N]) -> Vec<Owner> {
+        rows.into_iter().map(|(key, entity)| Owner { key, entity }).collect()
+    }
+
+    #[test]
+    fn rows_follow_their_owners() {
+        let [a, b, c, d] = entities();
+        let mut directory = Directory::default();
+        let moves = directory.reorder(owners([(1, a), (5, b), (9, c)]));
+        assert_eq!(moves.arrived, [a, b, c]);
+        assert_eq!(
+            ([a, b, c, d].map(|entity| directory.row(entity)), directory.len()),
+            ([Some(0), Some(1), Some(2), None], 3)
+        );
+
+        // b goes, d comes first, a and c change places.
+        let moves = directory.reorder(owners([(0, d), (9, c), (10, a)]));
+        assert_eq!([0, 1, 2].map(|old| moves.of(old)), [Some(2), None, Some(1)]);
+        assert_eq!(moves.arrived, [d]);
+        assert_eq!([a, b, c, d].map(|entity| directory.row(entity)), [Some(2), None, Some(1), Some(0)]);
+
+        let moves = directory.reorder(Vec::new());
+        assert_eq!([0, 1, 2].map(|old| moves.of(old)), [None; 3]);
+        assert!(moves.arrived.is_empty() && directory.len() == 0);
+    }
+
+    #[test]
+    fn who_has_a_row_or_was_left_out_is_known() {
+        let [a, b, c] = entities();
+        let mut directory = Directory::default();
+        directory.reorder(owners([(1, a)]));
+        directory.invalid.insert(b, Problem::NoKey);
+        assert_eq!([a, b, c].map(|entity| directory.knows(entity)), [true, true, false]);
+        // One that was left out may have got a key that mends it.
+        for (entity, key, expected) in [(a, 1, false), (a, 2, true), (b, 1, true), (c, 1, false)] {
+            assert_eq!(directory.is_out_of_order(entity, &SceneKey(key)), expected, "{entity} with key {key}");
+        }
+    }
+
+    #[test]
+    fn keys_are_ones_own() {
+        let [a, b] = entities();
+        let owner = |key, entity| Owner { key, entity };
+        let unassigned = SceneKey::UNASSIGNED.0;
+        for (last, next, expected) in [
+            (None, owner(0, a), Ok(())),
+            (Some(owner(3, a)), owner(4, b), Ok(())),
+            (Some(owner(3, a)), owner(3, b), Err(Problem::DuplicateKey(3))),
+            (None, owner(unassigned, b), Err(Problem::NoKey)),
+            (Some(owner(unassigned, a)), owner(unassigned, b), Err(Problem::NoKey)),
+        ] {
+            assert_eq!(next.check_after(last.as_ref()), expected, "{next:?} after {last:?}");
+        }
+        // The first in the world keeps a key that two have.
+        let mut both = [owner(3, b), owner(2, b), owner(3, a)];
+        both.sort_unstable_by_key(Owner::rank);
+        assert_eq!(both, [owner(2, b), owner(3, a), owner(3, b)]);
+    }
+}

@@ -29,3 +29,42 @@ pub(crate) fn assign_keys(mut free: ResMut<FreeKey>, mut keys: ParamSet<(Watch<S
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use bevy_ecs::schedule::Schedule;
+    use bevy_ecs::world::World;
+
+    use super::*;
+
+    /// The keys that entities have after one run for each list of keys that are spawned.
+    fn keys(runs: &[&[SceneKey]]) -> Vec<u64> {
+        let mut world = World::new();
+        world.init_resource::<FreeKey>();
+        let mut schedule = Schedule::default();
+        schedule.add_systems(assign_keys);
+        let mut entities = Vec::new();
+        for keys in runs {
+            entities.extend(keys.iter().map(|&key| world.spawn(key).id()));
+            schedule.run(&mut world);
+        }
+        entities.into_iter().map(|entity| world.get::<SceneKey>(entity).expect("it has one").0).collect()
+    }
+
+    #[test]
+    fn free_keys_are_above_all_that_were_seen_in_the_order_of_entities() {
+        const NEW: SceneKey = SceneKey::UNASSIGNED;
+        let check = |runs: &[&[SceneKey]], expected: &[u64]| assert_eq!(keys(runs), expected, "{runs:?}");
+        check(&[&[NEW, NEW, NEW]], &[0, 1, 2]);
+        check(&[&[NEW, SceneKey(7), NEW]], &[8, 7, 9]);
+        check(&[&[NEW, SceneKey(7)], &[NEW], &[SceneKey(3), NEW]], &[8, 7, 9, 3, 10]);
+        check(&[&[]], &[]);
+    }
+
+    #[test]
+    fn when_keys_run_out_the_rest_stay_without() {
+        let (last, none) = (u64::MAX - 1, u64::MAX);
+        let keys = keys(&[&[SceneKey(last - 1), SceneKey::UNASSIGNED, SceneKey::UNASSIGNED], &[SceneKey::UNASSIGNED]]);
+        assert_eq!(keys, [last - 1, last, none, none]);
+    }
+}
