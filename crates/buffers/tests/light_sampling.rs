@@ -265,3 +265,48 @@ fn a_ray_along_a_sample_finds_it() {
     assert!(wrong.len() * 5000 < found, "{} of {found}: {:?}", wrong.len(), wrong.first());
     assert!(found > 10_000, "only {found} were found");
 }
+
+/// Places that are hard on rounding. Far out f32 has steps of 8 mm.
+fn hard_places() -> Vec<Affine3A> {
+    vec![
+        placed(Vec3::splat(1e-3), Vec3::new(0.5, 1.0, -0.3)),
+        placed(Vec3::splat(1e4), Vec3::new(1e4, 3e3, 0.0)),
+        placed(Vec3::splat(4.0), Vec3::new(1e5, -1e5, 1e5)),
+        placed(Vec3::new(1e3, 40.0, 20.0), Vec3::new(-1e5, 2e3, 1e5)),
+    ]
+}
+
+/// Neither the ray from the point itself nor one from beside it meets the light before its end, on shapes that hide no part of
+/// their outside; and the end is close to the light.
+#[test]
+fn shadow_rays_end_before_their_light() {
+    let mut random = Random(3);
+    for shape in table().1.into_iter().filter(|shape| shape.kind != ShapeKind::Torus) {
+        for at in places().into_iter().chain(hard_places()) {
+            let scene = scene(shape, at, false);
+            let mut lit = 0;
+            for i in 0..600 {
+                // From near by and from far away.
+                let away = random.direction() * (1.3 + 100.0 * random.unit().powi(8));
+                let point = at.transform_point3(away);
+                let Some(sample) = scene.sample_light(point, random.unit(), random.square()) else { continue };
+                lit += 1;
+                let length = (sample.target - point).length();
+                let coarse = point.abs().max_element().max(length) * f32::EPSILON;
+                let name = format!("{:?} at {at}, {i}: {sample:?} from {point}", shape.kind);
+                assert!(!is_blocked(&scene, point, sample.direction, sample.distance), "{name}");
+                let beside = point + random.direction() * coarse;
+                let (direction, distance) = sample.ray_from(beside);
+                assert!(!is_blocked(&scene, beside, direction, distance), "{name}, beside {beside}");
+                let ray = Ray { origin: point, direction: (sample.target - point).normalize() };
+                let hit = hit(&scene, &ray);
+                if !hit.is_miss() {
+                    let normal = surface(&scene.geometry(), &ray, &hit).geometric_normal;
+                    let above = (hit.t - length) * normal.dot(ray.direction).abs();
+                    assert!(above < 1e-5 * length + 16.0 * coarse, "{name} ends early: {hit:?}, {above}");
+                }
+            }
+            assert!(lit > 100, "{:?} at {at}: {lit}", shape.kind);
+        }
+    }
+}

@@ -11,6 +11,7 @@ use glam::{DVec3, Vec3};
 
 use super::choice::{LightChoice, Source};
 use super::cone::Cone;
+use super::rectangle::SeenRectangle;
 use super::tree::LightBounds;
 use super::{Emitter, Emitters, Placing};
 use crate::{ColorSource, Distribution, Emissive, Instance, Light, LightKind, MaterialKind, SceneBuffers, TextureId};
@@ -158,6 +159,9 @@ impl Gathered<'_> {
         let placing = match (shape.kind, scale) {
             (ShapeKind::Sphere, Some(scale)) => {
                 Placing::Cone { radius: scale * f64::from(self.scene.shapes.spheres[shape.row as usize].radius) }
+            }
+            (ShapeKind::Quad, _) if SeenRectangle::is_one(&self.scene.shapes.quads[shape.row as usize], to_world) => {
+                Placing::Rectangle { area }
             }
             _ => Placing::Area { area },
         };

@@ -7,6 +7,7 @@
 //! | source | its place |
 //! | --- | --- |
 //! | sphere, not stretched | in its cone of directions; from inside, any direction |
+//! | rectangle that looks large, not sheared | evenly over its solid angle |
 //! | other shapes | evenly over the area |
 //! | mesh | a triangle by its area, evenly over it |
 //! | light without extent | where it is |
@@ -14,12 +15,13 @@
 mod build;
 mod choice;
 mod cone;
+mod rectangle;
 mod sphere;
 mod tree;
 
 use std::sync::Arc;
 
-use brewster_geometry::{Affine, AreaSample, ShapeKind, SurfacePoint, area_scale, offset_origin, seen_from};
+use brewster_geometry::{Affine, AreaSample, ShapeKind, Spread, SurfacePoint, area_scale, offset_origin, seen_from};
 use brewster_lanes::columns;
 use glam::Vec3;
 
@@ -27,6 +29,7 @@ use crate::{ColorSource, LightSample, SceneBuffers};
 
 use self::build::MeshEmitter;
 use self::choice::LightChoice;
+use self::rectangle::SeenRectangle;
 use self::sphere::PlacedSphere;
 
 columns! {
@@ -50,6 +53,11 @@ pub enum Placing {
     Cone {
         /// The radius in meters.
         radius: f64,
+    },
+    /// By direction where it looks large, otherwise by area: a rectangle of this area in object space.
+    Rectangle {
+        /// The area.
+        area: f64,
     },
     /// Evenly over an analytic shape of this area in object space.
     Area {
@@ -149,7 +157,14 @@ impl SceneBuffers {
         let to_world = &self.instances.view().object_to_world[instance as usize];
         let density = match rows.placing[row] {
             Placing::Cone { radius } => PlacedSphere::new(to_world, radius).pdf(origin, rows.two_sided[row]),
-            Placing::Area { area } => 1.0 / area * per_solid_angle(to_world, hit.geometric_normal, squared, cosine),
+            Placing::Rectangle { area } => {
+                let quad = &self.shapes.quads[self.instances.view().shape[instance as usize].row as usize];
+                SeenRectangle::new(quad, to_world, origin).map_or_else(
+                    || per_solid_angle(to_world, hit.geometric_normal, squared, cosine) / area,
+                    |seen| seen.pdf(),
+                )
+            }
+            Placing::Area { area } => per_solid_angle(to_world, hit.geometric_normal, squared, cosine) / area,
             Placing::Triangles { mesh } => {
                 let shape = self.instances.view().shape[instance as usize];
                 let area = self.shapes.meshes[shape.row as usize].area(primitive as usize);
@@ -180,6 +195,14 @@ impl SceneBuffers {
                 let sphere = &self.shapes.spheres[shape.row as usize];
                 let surface = seen(&AreaSample::on(sphere, (to_object.vector(normal).as_dvec3(), 0)));
                 (surface, direction, density)
+            }
+            Placing::Rectangle { area } => {
+                let quad = &self.shapes.quads[shape.row as usize];
+                let rectangle = SeenRectangle::new(quad, to_world, point);
+                let place = rectangle.as_ref().map_or(place, |rectangle| rectangle.sample(place));
+                let surface = seen(&AreaSample::on(quad, quad.spread(place)));
+                let (direction, factor) = toward(point, to_world, &surface, two_sided)?;
+                (surface, direction, rectangle.map_or(factor / area, |rectangle| rectangle.pdf()))
             }
             Placing::Area { area } => {
                 let surface = seen(&self.shapes.sample_area(shape, place)?);
