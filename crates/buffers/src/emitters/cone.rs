@@ -26,6 +26,9 @@ impl Cone {
     /// A small cone around both.
     pub(super) fn union(&self, other: &Cone) -> Cone {
         let (wide, thin) = if self.angle >= other.angle { (self, other) } else { (other, self) };
+        if wide.angle >= PI {
+            return Cone::SPHERE;
+        }
         let between = math::acos(wide.axis.dot(thin.axis).clamp(-1.0, 1.0));
         if (between + thin.angle).min(PI) <= wide.angle {
             return *wide;
@@ -46,6 +49,9 @@ impl Cone {
     /// normals, weighed by the cosine beyond the cone (Conty Estevez and Kulla 2018, equation 1).
     pub(super) fn measure(&self, emission: f32) -> f32 {
         let angle = self.angle;
+        if angle >= PI {
+            return 2.0 * TAU;
+        }
         let outer = (angle + emission).min(PI);
         let (sine, cosine) = math::sin_cos(angle);
         let rim = 2.0 * outer * sine - math::cos(angle - 2.0 * outer) - 2.0 * angle * sine + cosine;

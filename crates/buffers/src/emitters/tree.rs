@@ -231,6 +231,9 @@ const BUCKETS: usize = 12;
 
 /// Divides sources in two, neither empty, and tells where the second begins.
 fn split(sources: &[LightBounds], order: &mut [u32]) -> usize {
+    if order.len() == 2 {
+        return 1;
+    }
     let center = |source: &u32| sources[*source as usize].center();
     let centers = Aabb::around(order.iter().map(center));
     let extent = centers.max - centers.min;
