@@ -23,7 +23,7 @@ const PASS: Duration = Duration::from_millis(250);
 /// Between two writings of a preview that grows better.
 const WRITE: Duration = Duration::from_secs(1);
 
-/// Renders, waits for an edit, and renders again, until Ctrl-C.
+/// Renders, waits for an edit, and renders again, until Ctrl-C. A file that was written again as it was makes no new picture.
 pub(crate) fn run(
     arguments: &Arguments,
     session: &mut Session,
@@ -31,13 +31,24 @@ pub(crate) fn run(
     terminal: Terminal,
     interrupt: &Interrupt,
 ) -> Result<(), Failure> {
+    // The hash of the scene whose picture is complete.
+    let mut shown = None;
     while !interrupt.asked() {
         let begin = Instant::now();
         let files = Watched::before_load(session.dependencies());
         let result = update(session, terminal);
         let files = files.after_load(session.dependencies());
         let result = result.and_then(|()| {
-            preview(arguments, session, outputs, terminal, begin, || interrupt.asked() || files.changed())
+            if shown == Some(session.hash()) {
+                terminal.say("nothing else than before");
+                return Ok(());
+            }
+            shown = None;
+            let stop = || interrupt.asked() || files.changed();
+            if preview(arguments, session, outputs, terminal, begin, stop)? {
+                shown = Some(session.hash());
+            }
+            Ok(())
         });
         if let Err(error) = result {
             // What is wrong now may be right after the next edit.
@@ -66,7 +77,8 @@ fn update(session: &mut Session, terminal: Terminal) -> Result<(), SessionError>
     Ok(())
 }
 
-/// Renders until the picture is complete or `stop` says so, and writes it whenever there is more to see.
+/// Renders until the picture is complete or `stop` says so, and writes it whenever there is more to see. Tells whether it is
+/// complete.
 fn preview(
     arguments: &Arguments,
     session: &Session,
@@ -74,14 +86,14 @@ fn preview(
     terminal: Terminal,
     begin: Instant,
     stop: impl Fn() -> bool + Sync,
-) -> Result<(), SessionError> {
+) -> Result<bool, SessionError> {
     let mut options = arguments.options();
     options.pass_time = PASS;
     let png = arguments.png(&session.buffers().settings);
     let mut render = session.render(options)?;
     let mut written = None;
     let mut result = Ok(());
-    trace(&mut render, terminal, stop, |render, progress| {
+    let complete = trace(&mut render, terminal, stop, |render, progress| {
         let due = written.is_none_or(|time: Instant| time.elapsed() >= WRITE) || render.remaining() == 0;
         // A first pass that was stopped shows a part of the picture: the last whole one stays.
         if due && render.samples().least > 0 {
@@ -93,7 +105,8 @@ fn preview(
         }
         result.is_ok()
     });
-    Ok(result?)
+    result?;
+    Ok(complete)
 }
 
 /// What tells one state of a file from another; `None` for a file that is not there.

@@ -97,6 +97,25 @@ fn includes_are_watched_and_an_edit_costs_what_it_touches() {
     assert!(watcher.said("entities 0 new, 1 changed, 0 gone; 1 row written"), "{}", watcher.said.lock().unwrap());
 }
 
+#[test]
+fn a_file_written_again_as_it_was_makes_no_new_picture() {
+    let desk = Desk::with_scene();
+    let watcher = Watcher::start(&desk, "render scene.ron --watch -o a.hdr");
+    wait_until("the first picture", || watcher.said("waiting for an edit"));
+    fs::remove_file(desk.path("a.hdr")).unwrap();
+
+    watcher.forget();
+    desk.write("scene.ron", SCENE);
+    wait_until("another look", || watcher.said("waiting for an edit"));
+    assert!(watcher.said("nothing else than before"), "{}", watcher.said.lock().unwrap());
+    assert_eq!(desk.files(), ["scene.ron"]);
+
+    watcher.forget();
+    desk.write("scene.ron", &SCENE.replace("1.5, 6", "1.5, 5"));
+    wait_until("an edit of the camera", || watcher.said("waiting for an edit"));
+    assert_eq!(desk.files(), ["a.hdr", "scene.ron"]);
+}
+
 #[cfg(unix)]
 #[test]
 fn ctrl_c_ends_without_complaint() {
