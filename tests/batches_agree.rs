@@ -5,9 +5,12 @@ use brewster_buffers::SceneBuffers;
 use brewster_lanes::Level;
 use brewster_wavefront::{Control, Policy, QueueOrder, Renderer, SortKey};
 
-use crate::scene::{SCENES, counts, film, load, render_with};
+use crate::scene::{SCENES, counts, film, load, render_with, small_reference};
 
 const SAMPLES: u32 = 4;
+
+/// Reference scenes whose paths meet every kind of surface and light.
+const PATHS: [&str; 5] = ["absorbing-glass", "diffuse-box", "glass-rough", "many-lights", "metals-rough"];
 
 fn scene(name: &str) -> SceneBuffers {
     let mut scene = load(name);
@@ -32,6 +35,16 @@ fn in_batches_of_any_size() {
     for name in SCENES {
         let sizes = [1, 13, 200, 1_000_000];
         check(name, &scene(name), sizes.map(|batch| Policy { batch, ..Policy::default() }));
+    }
+}
+
+/// Paths too: what a sample found is summed before it is squared, whatever the batch.
+#[test]
+fn paths_in_batches_of_any_size_cut_at_any_capacity() {
+    for name in PATHS {
+        let sizes = [(1, 4096), (13, 7), (200, 1_000_000), (1_000_000, 100)];
+        let policies = sizes.map(|(batch, capacity)| Policy { batch, capacity, ..Policy::default() });
+        check(name, &small_reference(name), policies);
     }
 }
 
@@ -60,13 +73,16 @@ fn in_any_order_on_every_instruction_set() {
     for name in ["colored_shadows", "nested", "shapes", "smooth"] {
         check(name, &scene(name), policies.iter().copied());
     }
+    for name in PATHS {
+        check(name, &small_reference(name), policies.iter().copied());
+    }
 }
 
 /// Passes of any number of samples add up, and so do films that got some samples each.
 #[test]
 fn in_any_number_of_passes() {
-    for name in ["lights", "prism"] {
-        let scene = scene(name);
+    let scenes = ["lights", "prism"].map(|name| (name, scene(name)));
+    for (name, scene) in scenes.into_iter().chain(PATHS.map(|name| (name, small_reference(name)))) {
         let (whole, stats) = render_with(&scene, Policy::default(), 1);
         let renderer = || Renderer::new(&scene, 0, 1, Policy::default(), false).expect("the scene can be rendered");
         let passes = [0..1, 1..3, 3..SAMPLES];
@@ -84,6 +100,6 @@ fn in_any_number_of_passes() {
             assert!(renderer().pass(samples, &mut part, &Control::default()));
             merged.merge(&part).expect("films of one size");
         }
-        assert!(merged.pixels().color == whole.pixels().color, "{name} is another picture merged");
+        assert!(merged == whole, "{name} is another picture merged");
     }
 }

@@ -4,7 +4,7 @@ use brewster_buffers::SceneBuffers;
 use brewster_geometry::HitColumns;
 use brewster_wavefront::Policy;
 use brewster_wavefront::queues::{
-    ContributionQueue, CrossingQueue, EscapedQueue, PathRayColumns, ShadowQueue, SurfaceHitColumns,
+    ContributionQueue, CrossingQueue, EscapedQueue, PathRayColumns, SampleColumns, ShadowQueue, SurfaceHitColumns,
 };
 
 use crate::scene::{load, render_with};
@@ -19,6 +19,7 @@ fn bound(scene: &SceneBuffers, camera_rays: usize, capacity: usize) -> usize {
     (waiting + 4 * capacity) * PathRayColumns::BYTES_PER_ROW
         + 2 * capacity * (hits + sorted)
         + 4 * capacity * ContributionQueue::BYTES_PER_ROW
+        + camera_rays * SampleColumns::BYTES_PER_ROW
         + 2 * capacity.max(scene.lights.len()) * toward_lights
 }
 

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use brewster_buffers::SceneBuffers;
-use brewster_film::{Film, PixelOrder};
+use brewster_film::{Film, Keep, PixelOrder};
 use brewster_import::Importer;
 use brewster_wavefront::queues::RaySource;
 use brewster_wavefront::{Control, Counts, Policy, Renderer, Stats};
@@ -50,10 +50,18 @@ fn read(path: &Path, text: &str) -> SceneBuffers {
     scene.buffers().clone()
 }
 
-/// An empty film of a scene's resolution.
+/// A reference scene of the path integrator, by its name, small.
+pub(crate) fn small_reference(name: &str) -> SceneBuffers {
+    let mut scene = brewster_tests::agreement::load(name);
+    scene.settings.resolution /= 5;
+    scene.settings.samples = 4;
+    scene
+}
+
+/// An empty film of a scene's resolution that keeps everything.
 pub(crate) fn film(scene: &SceneBuffers) -> Film {
     let size = scene.settings.resolution;
-    Film::new(PixelOrder::new(size.x, size.y, None).expect("a small picture"))
+    Film::keeping(PixelOrder::new(size.x, size.y, None).expect("a small picture"), Keep { squares: true })
 }
 
 /// All samples of a scene's picture, on one thread in one pass.

@@ -58,7 +58,7 @@ impl From<Pixel> for LayersRow {
     fn from(pixel: Pixel) -> LayersRow {
         let mean = |sum: i64, scale: f64, count: u32| (sum as f64 / (scale * f64::from(count.max(1)))) as f32;
         LayersRow {
-            color: pixel.color.map(|sum| mean(sum, SCALE, pixel.samples)),
+            color: pixel.color.0.map(|sum| mean(sum, SCALE, pixel.samples)),
             alpha: (f64::from(pixel.hits) / f64::from(pixel.samples.max(1))).min(1.0) as f32,
             depth: if pixel.hits == 0 { f32::INFINITY } else { mean(pixel.depth, DEPTH_SCALE, pixel.hits) },
             normal: pixel.normal.map(|sum| mean(sum, SCALE, pixel.hits)),
@@ -90,7 +90,7 @@ impl Layers {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{FirstHit, NO_ID, PixelOrder};
+    use crate::{FirstHit, Light, NO_ID, PixelOrder};
 
     #[test]
     fn means_are_of_samples_and_of_hits() {
@@ -100,8 +100,7 @@ mod tests {
         let pixel = order.index(2, 1).unwrap();
         let mut tile = film.tile_mut();
         for sample in 0..4 {
-            tile.add_sample(pixel);
-            tile.add(pixel, [1.0, 0.5, sample as f32]);
+            tile.add_sample(pixel, Light::new([1.0, 0.5, sample as f32]).unwrap());
         }
         let hit = FirstHit { depth: 3.0, normal: [0.0, 1.0, 0.0], material: 5, entity: 6 };
         tile.add_first_hit(pixel, 0, hit);

@@ -120,15 +120,14 @@ mod tests {
     use std::{fs, path::PathBuf};
 
     use super::*;
-    use crate::{Film, Metadata, PixelOrder, PngAlpha, PngSettings, write_exr, write_hdr, write_png};
+    use crate::{Film, Light, Metadata, PixelOrder, PngAlpha, PngSettings, write_exr, write_hdr, write_png};
 
     /// A small file of each format.
     fn samples(folder: &Path) -> [PathBuf; 3] {
         let mut film = Film::new(PixelOrder::new(9, 5, None).unwrap());
         let mut tile = film.tile_mut();
         for local in 0..45 {
-            tile.add(local, [local as f32 / 45.0, 0.5, 0.25]);
-            tile.add_sample(local);
+            tile.add_sample(local, Light::new([local as f32 / 45.0, 0.5, 0.25]).unwrap());
         }
         let layers = film.resolve();
         let paths = ["a.png", "a.exr", "a.hdr"].map(|name| folder.join(name));

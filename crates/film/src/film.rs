@@ -1,14 +1,18 @@
-//! The film: integer sums per pixel, to which contributions are added in any order.
+//! The film: integer sums per pixel, to which samples are added in any order.
 
 use brewster_lanes::columns;
 
-use crate::{FilmError, PixelOrder};
+use crate::light::{in_range, to_fixed};
+use crate::{FilmError, Light, PixelOrder};
 
 /// The id of a pixel whose first sample hit nothing.
 pub const NO_ID: u32 = u32::MAX;
 
 /// Units of a color or normal sum in 1: a sum counts in steps of 2^-32 and saturates at 2^31, about 2.1e9.
 pub const SCALE: f64 = 4_294_967_296.0;
+
+/// Units of a sum of squares in 1: squares of sums are kept whole, in steps of 2^-64, and saturate at 2^64, about 1.8e19.
+pub const SQUARE_SCALE: f64 = SCALE * SCALE;
 
 /// Units of a depth sum in a meter: a sum counts in steps of 2^-24 m (60 nm) and saturates at 2^39 m (5.5e11 m).
 pub const DEPTH_SCALE: f64 = 16_777_216.0;
@@ -17,7 +21,7 @@ columns! {
     /// What one pixel has gathered. Empty: all zero, without ids ([`Pixel::EMPTY`]).
     pub struct Pixel => PixelColumns, PixelView, PixelViewMut {
         /// Sums of radiance x weight in linear Rec.709, in units of 1 / [`SCALE`] nit; never negative.
-        pub color: [i64; 3],
+        pub color: Light,
         /// Samples (paths) that the sums stand for.
         pub samples: u32,
         /// Samples whose camera ray hit something; hits / samples is alpha.
@@ -40,7 +44,7 @@ columns! {
 impl Pixel {
     /// A pixel that has gathered nothing.
     pub const EMPTY: Pixel = Pixel {
-        color: [0; 3],
+        color: Light::NONE,
         samples: 0,
         hits: 0,
         depth: 0,
@@ -50,6 +54,22 @@ impl Pixel {
         rays: 0,
         rejected: 0,
     };
+}
+
+columns! {
+    /// What tells how far a pixel's samples differ from each other.
+    pub struct Squares => SquaresColumns, SquaresView, SquaresViewMut {
+        /// Sums over the samples of the square of each one's light, in units of 1 / [`SQUARE_SCALE`]. Neither a firefly of the
+        /// greatest sum nor the square of a single step is lost to rounding.
+        pub light: [u128; 3],
+    }
+}
+
+/// What a film keeps beside its [`Pixel`]s, at a cost in memory.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Keep {
+    /// [`Squares`], for standard errors: 48 bytes a pixel.
+    pub squares: bool,
 }
 
 /// What a camera ray hit first.
@@ -67,25 +87,31 @@ pub struct FirstHit {
 
 /// The sums of all pixels in a crop window, in [`PixelOrder`].
 ///
-/// Every sum is an integer, so that neither the order of contributions nor the way in which films are split and merged
-/// can change a bit of it. A contribution is rounded once, to the nearest step and halfway cases away from zero, by
-/// exact arithmetic. Sums saturate; [`Film::saturated`] counts those. A contribution that is NaN, infinite or negative is
-/// counted in its pixel (`rejected`) and not added; without negative terms a saturated sum, too, is the same in any order.
+/// Every sum is an integer, so that neither the order of samples nor the way in which films are split and merged can change
+/// a bit of it. A contribution to a sample is rounded once, when it becomes [`Light`]; the samples' sums and squares are exact.
+/// Sums saturate; [`Film::saturated`] counts those. A contribution that is NaN, infinite or negative is counted in its pixel
+/// (`rejected`) and not added; without negative terms a saturated sum, too, is the same in any order.
 ///
 /// One owner makes tiles ([`Film::tiles_mut`]); each tile is written by one thread, without locks or atomics. A pixel takes
-/// 80 bytes.
+/// 80 bytes, and those of what else the film [keeps](Keep).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Film {
     order: PixelOrder,
     pub(crate) pixels: PixelColumns,
+    pub(crate) squares: Option<SquaresColumns>,
 }
 
 impl Film {
-    /// An empty film; takes all its memory at once.
+    /// An empty film of [`Pixel`]s alone; takes all its memory at once.
     pub fn new(order: PixelOrder) -> Film {
-        let mut pixels = PixelColumns::new();
-        pixels.resize(order.len(), Pixel::EMPTY);
-        Film { order, pixels }
+        Film::keeping(order, Keep::default())
+    }
+
+    /// An empty film that keeps more; takes all its memory at once.
+    pub fn keeping(order: PixelOrder, keep: Keep) -> Film {
+        let mut film = Film { order, pixels: PixelColumns::new(), squares: keep.squares.then(SquaresColumns::new) };
+        film.clear();
+        film
     }
 
     /// The order of the pixels.
@@ -98,15 +124,25 @@ impl Film {
         self.pixels.view()
     }
 
+    /// The sums of squares, in [`PixelOrder`], if the film keeps them.
+    pub fn squares(&self) -> Option<SquaresView<'_>> {
+        self.squares.as_ref().map(SquaresColumns::view)
+    }
+
     /// Empties every pixel; keeps the memory.
     pub fn clear(&mut self) {
         self.pixels.clear();
         self.pixels.resize(self.order.len(), Pixel::EMPTY);
+        if let Some(squares) = &mut self.squares {
+            squares.clear();
+            squares.resize(self.order.len(), Squares { light: [0; 3] });
+        }
     }
 
     /// The whole film as one tile.
     pub fn tile_mut(&mut self) -> FilmTile<'_> {
-        FilmTile { order: self.order, first: 0, pixels: self.pixels.view_mut() }
+        let squares = self.squares.as_mut().map(SquaresColumns::view_mut);
+        FilmTile { order: self.order, first: 0, pixels: self.pixels.view_mut(), squares }
     }
 
     /// The film cut into tiles of `pixels_per_tile` consecutive pixels (the last may have fewer; 0 counts as 1), in order.
@@ -128,12 +164,14 @@ impl Film {
         self.pixels.view().rejected.iter().map(|&count| u64::from(count)).sum()
     }
 
-    /// Sums that stand at their limit: the pixels' colors or depths that are too small by an unknown amount.
+    /// Sums that stand at their limit: the pixels' colors, squares or depths that are too small by an unknown amount.
     pub fn saturated(&self) -> u64 {
         let pixels = self.pixels.view();
-        let colors = pixels.color.as_flattened().iter().filter(|&&sum| sum == i64::MAX).count();
+        let colors = pixels.color.iter().flat_map(|color| color.0).filter(|&sum| sum == i64::MAX).count();
+        let squares = self.squares().map_or(&[][..], |squares| squares.light).as_flattened();
+        let squares = squares.iter().filter(|&&sum| sum == u128::MAX).count();
         let depths = pixels.depth.iter().filter(|&&sum| sum == i64::MAX).count();
-        (colors + depths) as u64
+        (colors + squares + depths) as u64
     }
 
     /// Adds another film's sums: the result is, to the bit, the film that gathered the contributions of both.
@@ -154,6 +192,7 @@ pub struct FilmTile<'a> {
     order: PixelOrder,
     first: u32,
     pixels: PixelViewMut<'a>,
+    squares: Option<SquaresViewMut<'a>>,
 }
 
 impl<'a> FilmTile<'a> {
@@ -189,28 +228,36 @@ impl<'a> FilmTile<'a> {
 
     /// The tile's first `middle` pixels and the others.
     pub fn split_at(self, middle: usize) -> (FilmTile<'a>, FilmTile<'a>) {
-        let FilmTile { order, first, pixels } = self;
+        let FilmTile { order, first, pixels, squares } = self;
         let (before, after) = pixels.split_at(middle);
-        (FilmTile { order, first, pixels: before }, FilmTile { order, first: first + middle as u32, pixels: after })
+        let (squares_before, squares_after) = squares.map(|squares| squares.split_at(middle)).unzip();
+        let second = first + middle as u32;
+        (
+            FilmTile { order, first, pixels: before, squares: squares_before },
+            FilmTile { order, first: second, pixels: after, squares: squares_after },
+        )
     }
 
-    /// Adds linear Rec.709 radiance x weight, in nit, each component finite and >= 0; otherwise all of it is rejected.
+    /// Adds one more sample: all the light that it found.
     #[inline]
-    pub fn add(&mut self, local: u32, color: [f32; 3]) {
+    pub fn add_sample(&mut self, local: u32, light: Light) {
         let local = local as usize;
-        if !color.iter().all(|&value| in_range(value)) {
-            return self.reject(local);
-        }
-        for (sum, value) in self.pixels.color[local].iter_mut().zip(color) {
-            *sum = sum.saturating_add(to_fixed(value, SCALE));
+        let samples = &mut self.pixels.samples[local];
+        *samples = samples.saturating_add(1);
+        self.pixels.color[local].add(light);
+        if let Some(squares) = &mut self.squares {
+            for (sum, value) in squares.light[local].iter_mut().zip(light.0) {
+                let value = u128::from(value.unsigned_abs());
+                *sum = sum.saturating_add(value * value);
+            }
         }
     }
 
-    /// Counts one more sample.
+    /// Counts contributions that were no light.
     #[inline]
-    pub fn add_sample(&mut self, local: u32) {
-        let samples = &mut self.pixels.samples[local as usize];
-        *samples = samples.saturating_add(1);
+    pub fn add_rejected(&mut self, local: u32, count: u32) {
+        let rejected = &mut self.pixels.rejected[local as usize];
+        *rejected = rejected.saturating_add(count);
     }
 
     /// Counts rays traced for a pixel.
@@ -227,7 +274,7 @@ impl<'a> FilmTile<'a> {
     pub fn add_first_hit(&mut self, local: u32, sample: u32, hit: FirstHit) {
         let local = local as usize;
         if !in_range(hit.depth) || !hit.normal.iter().all(|value| value.is_finite()) {
-            return self.reject(local);
+            return self.add_rejected(local as u32, 1);
         }
         let hits = &mut self.pixels.hits[local];
         *hits = hits.saturating_add(1);
@@ -241,90 +288,22 @@ impl<'a> FilmTile<'a> {
             self.pixels.entity[local] = hit.entity;
         }
     }
-
-    #[cold]
-    fn reject(&mut self, local: usize) {
-        let rejected = &mut self.pixels.rejected[local];
-        *rejected = rejected.saturating_add(1);
-    }
-}
-
-/// Whether a value is finite and not negative; -0 counts as 0.
-#[inline(always)]
-fn in_range(value: f32) -> bool {
-    (0.0..=f32::MAX).contains(&value)
-}
-
-/// The nearest multiple of 1 / `scale` (a power of two), halfway cases away from zero; saturates.
-///
-/// Every step is exact: an f32 times a power of two is an f64, and where adding a half would have to round, the product
-/// is an even integer already, to which the sum rounds back.
-#[inline(always)]
-fn to_fixed(value: f32, scale: f64) -> i64 {
-    let scaled = f64::from(value) * scale;
-    (scaled + 0.5f64.copysign(scaled)) as i64
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// Rounds to steps of 2^-`bits` by shifting the significand, as one would by hand.
-    fn rounded_by_shifting(value: f32, bits: i32) -> i64 {
-        let significand = i128::from(value.to_bits() & 0x7f_ffff);
-        let exponent = (value.to_bits() >> 23 & 0xff) as i32;
-        let (significand, exponent) = if exponent == 0 { (significand, 1) } else { (significand | 1 << 23, exponent) };
-        let shift = exponent - 150 + bits;
-        let magnitude = match shift {
-            64.. => i128::MAX,
-            0.. => significand << shift,
-            -64..0 => (significand + (1 << (-shift - 1))) >> -shift,
-            _ => 0,
-        };
-        let limit = if value < 0.0 { -i128::from(i64::MIN) } else { i128::from(i64::MAX) };
-        let magnitude = magnitude.min(limit);
-        (if value < 0.0 { -magnitude } else { magnitude }) as i64
-    }
-
     #[test]
-    fn contributions_are_rounded_once_to_the_nearest_step() {
-        let step = 1.0 / SCALE as f32;
-        let cases = [
-            (0.0, 0),
-            (1.0, 1 << 32),
-            (-1.0, -1 << 32),
-            (0.5 * step, 1),
-            (-0.5 * step, -1),
-            (0.499 * step, 0),
-            (2.5 * step, 3),
-            (f32::MIN_POSITIVE, 0),
-            (2_147_483_520.0, 2_147_483_520 << 32),
-            (2_147_483_648.0, i64::MAX),
-            (f32::MAX, i64::MAX),
-            (f32::MIN, i64::MIN),
-        ];
-        for (value, expected) in cases {
-            assert_eq!(to_fixed(value, SCALE), expected, "{value:e}");
-        }
-        for i in 0..1 << 16 {
-            let value = f32::from_bits((i as u32) << 16 | (i as u32).wrapping_mul(0x9e37) & 0xffff);
-            if value.is_finite() {
-                assert_eq!(to_fixed(value, SCALE), rounded_by_shifting(value, 32), "{value:e}");
-                assert_eq!(to_fixed(value, DEPTH_SCALE), rounded_by_shifting(value, 24), "{value:e}");
-            }
-        }
-    }
-
-    #[test]
-    fn bad_contributions_are_counted_and_not_added() {
+    fn bad_hits_are_counted_and_not_added() {
         let mut film = Film::new(PixelOrder::new(2, 1, None).unwrap());
         let mut tile = film.tile_mut();
         let hit = FirstHit { depth: 1.0, normal: [0.0, 1.0, 0.0], material: 3, entity: 4 };
         for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, -1.0] {
-            tile.add(1, [1.0, bad, 1.0]);
             tile.add_first_hit(1, 0, FirstHit { depth: bad, ..hit });
         }
         tile.add_first_hit(1, 0, FirstHit { normal: [f32::NAN, 0.0, 0.0], ..hit });
+        tile.add_rejected(1, 4);
         assert_eq!(film.pixels().get(0), Pixel::EMPTY);
         assert_eq!(film.pixels().get(1), Pixel { rejected: 9, ..Pixel::EMPTY });
         assert_eq!((film.rejected(), film.saturated()), (9, 0));
@@ -335,23 +314,41 @@ mod tests {
         let mut film = Film::new(PixelOrder::new(1, 1, None).unwrap());
         let mut tile = film.tile_mut();
         for _ in 0..3 {
-            tile.add(0, [1.5e9, 1.0, 3.0e9]);
+            tile.add_sample(0, Light::new([1.5e9, 1.0, 3.0e9]).unwrap());
         }
-        assert_eq!(film.pixels().get(0).color, [i64::MAX, 3 << 32, i64::MAX]);
+        assert_eq!(film.pixels().get(0).color, Light([i64::MAX, 3 << 32, i64::MAX]));
         assert_eq!((film.rejected(), film.saturated()), (0, 2));
+    }
+
+    /// Of the least and of the greatest sum, worked out by hand: 1 step squared is 1; 2^31 - 2^-32 squared, less than 2^62,
+    /// fits four times below 2^64.
+    #[test]
+    fn squares_are_kept_whole_and_saturate() {
+        let mut film = Film::keeping(PixelOrder::new(2, 1, None).unwrap(), Keep { squares: true });
+        let mut tile = film.tile_mut();
+        let greatest = i64::MAX as u128;
+        tile.add_sample(1, Light([1, 3 << 32, i64::MAX]));
+        tile.add_sample(1, Light([2, 4 << 32, i64::MAX]));
+        let square = film.squares().unwrap().get(1).light;
+        assert_eq!(square, [5, 25 << 64, 2 * greatest * greatest]);
+        assert_eq!(film.saturated(), 1, "a color");
+        (0..3).for_each(|_| film.tile_mut().add_sample(1, Light([0, 0, i64::MAX])));
+        assert_eq!(film.squares().unwrap().get(1).light[2], u128::MAX);
+        assert_eq!(film.saturated(), 2, "a color and its squares");
+        assert_eq!(film.squares().unwrap().get(0).light, [0; 3]);
     }
 
     #[test]
     fn tiles_are_runs_of_the_order() {
         let order = PixelOrder::new(13, 9, None).unwrap();
-        let mut film = Film::new(order);
+        let mut film = Film::keeping(order, Keep { squares: true });
         for pixels_per_tile in [0, 1, 7, 64, 117, 1000] {
             let mut next = 0;
             for mut tile in film.tiles_mut(pixels_per_tile) {
                 assert_eq!(tile.first(), next);
                 for local in 0..tile.len() as u32 {
                     assert_eq!(tile.pixel(local), order.pixel(next + local));
-                    tile.add_sample(local);
+                    tile.add_sample(local, Light::NONE);
                 }
                 next += tile.len() as u32;
             }
@@ -359,7 +356,7 @@ mod tests {
         }
         assert!(film.pixels().samples.iter().all(|&samples| samples == 6));
         film.clear();
-        assert_eq!(film, Film::new(order));
+        assert_eq!(film, Film::keeping(order, Keep { squares: true }));
     }
 
     #[test]
@@ -388,5 +385,6 @@ mod tests {
     fn a_pixel_takes_what_the_page_says() {
         assert_eq!(PixelColumns::BYTES_PER_ROW, 80);
         assert_eq!(crate::MAX_PIXELS * 80, 10 << 30);
+        assert_eq!(SquaresColumns::BYTES_PER_ROW, 48);
     }
 }

@@ -1,16 +1,19 @@
 //! Merging films: sums add, and the ids of sample 0 come from the film that has it.
 
-use crate::{Film, FilmError, PixelOrder};
+use crate::{Film, FilmError};
 
 /// Adds `from` to `into`; see [`Film::merge`].
 ///
 /// Ids: a film without sample 0 has [`crate::NO_ID`], the greatest id, so that the smaller one is the one to keep.
 pub(crate) fn merge(into: &mut Film, from: &Film) -> Result<(), FilmError> {
-    if into.order() != from.order() {
-        return Err(FilmError::Mismatch { left: shape(into.order()), right: shape(from.order()) });
+    if into.order() != from.order() || into.squares.is_some() != from.squares.is_some() {
+        return Err(FilmError::Mismatch { left: shape(into), right: shape(from) });
+    }
+    if let (Some(to), Some(from)) = (&mut into.squares, from.squares()) {
+        combine(to.view_mut().light.as_flattened_mut(), from.light.as_flattened(), u128::saturating_add);
     }
     let (to, from) = (into.pixels.view_mut(), from.pixels());
-    combine(to.color.as_flattened_mut(), from.color.as_flattened(), i64::saturating_add);
+    to.color.iter_mut().zip(from.color).for_each(|(to, &from)| to.add(from));
     combine(to.normal.as_flattened_mut(), from.normal.as_flattened(), i64::saturating_add);
     combine(to.depth, from.depth, i64::saturating_add);
     combine(to.samples, from.samples, u32::saturating_add);
@@ -28,16 +31,17 @@ fn combine<T: Copy>(to: &mut [T], from: &[T], operation: impl Fn(T, T) -> T) {
     }
 }
 
-fn shape(order: &PixelOrder) -> String {
-    let window = order.window();
-    let (width, height) = (order.width(), order.height());
-    format!("{width}x{height} with window {},{},{},{}", window.x, window.y, window.width, window.height)
+fn shape(film: &Film) -> String {
+    let window = film.order().window();
+    let (width, height) = (film.order().width(), film.order().height());
+    let kept = if film.squares.is_some() { " and squares" } else { "" };
+    format!("{width}x{height} with window {},{},{},{}{kept}", window.x, window.y, window.width, window.height)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{FirstHit, NO_ID, Window};
+    use crate::{FirstHit, Keep, Light, NO_ID, PixelOrder, Window};
 
     /// A sequence of 32-bit numbers (Marsaglia's xorshift).
     struct Numbers(u32);
@@ -84,8 +88,9 @@ mod tests {
 
     fn add(film: &mut Film, event: Event) {
         let mut tile = film.tile_mut();
-        tile.add(event.pixel, event.color);
-        tile.add_sample(event.pixel);
+        let light = Light::new(event.color);
+        tile.add_sample(event.pixel, light.unwrap_or_default());
+        tile.add_rejected(event.pixel, u32::from(light.is_none()));
         tile.add_rays(event.pixel, 1 + event.sample);
         if let Some(hit) = event.hit {
             tile.add_first_hit(event.pixel, event.sample, hit);
@@ -96,7 +101,8 @@ mod tests {
     fn any_split_and_order_gives_the_same_bits() {
         let order = PixelOrder::new(11, 10, Some(Window { x: 1, y: 1, width: 9, height: 8 })).unwrap();
         let mut events = events(&order);
-        let mut expected = Film::new(order);
+        let empty = || Film::keeping(order, Keep { squares: true });
+        let mut expected = empty();
         events.iter().for_each(|&event| add(&mut expected, event));
         assert!(expected.rejected() > 0 && expected.saturated() > 0);
 
@@ -105,9 +111,9 @@ mod tests {
             for i in (1..events.len()).rev() {
                 events.swap(i, numbers.next() as usize % (i + 1));
             }
-            let mut films = vec![Film::new(order); parts];
+            let mut films = vec![empty(); parts];
             events.iter().for_each(|&event| add(&mut films[numbers.next() as usize % parts], event));
-            let mut merged = Film::new(order);
+            let mut merged = empty();
             films.iter().rev().for_each(|film| merged.merge(film).unwrap());
             assert_eq!(merged, expected, "{parts} parts");
         }
@@ -131,6 +137,9 @@ mod tests {
         let cropped = PixelOrder::new(4, 4, Some(Window { x: 1, y: 0, width: 2, height: 2 })).unwrap();
         let error = Film::new(whole).merge(&Film::new(cropped)).unwrap_err();
         let expected = "the pictures do not match: 4x4 with window 0,0,4,4 against 4x4 with window 1,0,2,2";
+        assert_eq!(error.to_string(), expected);
+        let error = Film::new(whole).merge(&Film::keeping(whole, Keep { squares: true })).unwrap_err();
+        let expected = "the pictures do not match: 4x4 with window 0,0,4,4 against 4x4 with window 0,0,4,4 and squares";
         assert_eq!(error.to_string(), expected);
     }
 }

@@ -3,7 +3,7 @@
 use brewster_geometry::HitColumns;
 
 use crate::media::MediaStacks;
-use crate::queues::{ContributionQueue, Levels, PathRayColumns, ShadowQueue};
+use crate::queues::{ContributionQueue, Levels, PathRayColumns, SampleColumns, ShadowQueue};
 use crate::stages::{ShadowScratch, SortedHits};
 use crate::stats::Recorder;
 
@@ -25,8 +25,10 @@ pub struct Batch {
     pub shadows: ShadowQueue,
     /// Memory for testing them.
     pub scratch: ShadowScratch,
-    /// Light on its way to the film.
+    /// Light on its way to the samples.
     pub contributions: ContributionQueue,
+    /// The samples of the tile.
+    pub samples: SampleColumns,
     /// The sets of media that rays are in.
     pub stacks: MediaStacks,
     /// What is counted and timed.
@@ -45,6 +47,7 @@ impl Batch {
             shadows: ShadowQueue::new(),
             scratch: ShadowScratch::default(),
             contributions: ContributionQueue::new(),
+            samples: SampleColumns::new(),
             stacks: MediaStacks::default(),
             recorder,
         }
@@ -59,5 +62,6 @@ impl Batch {
             + self.shadows.capacity() * ShadowQueue::BYTES_PER_ROW
             + self.scratch.bytes()
             + self.contributions.capacity() * ContributionQueue::BYTES_PER_ROW
+            + self.samples.capacity() * SampleColumns::BYTES_PER_ROW
     }
 }

@@ -49,13 +49,15 @@ pub enum Stage {
     ScatterDielectric,
     /// Tests rays toward lights.
     Shadow,
-    /// Adds contributions to the film.
+    /// Adds contributions to their samples.
     Gather,
+    /// Adds finished samples to the film.
+    Fold,
 }
 
 impl Stage {
     /// All stages.
-    pub const ALL: [Stage; 19] = [
+    pub const ALL: [Stage; 20] = [
         Stage::Generate,
         Stage::Order,
         Stage::Trace,
@@ -75,6 +77,7 @@ impl Stage {
         Stage::ScatterDielectric,
         Stage::Shadow,
         Stage::Gather,
+        Stage::Fold,
     ];
 
     /// Whether an integrator has this stage.
@@ -112,6 +115,7 @@ impl Stage {
             Stage::ScatterDielectric => "scatter_dielectric",
             Stage::Shadow => "shadow",
             Stage::Gather => "gather",
+            Stage::Fold => "fold",
         }
     }
 }

@@ -7,12 +7,12 @@ use std::cell::Cell;
 use std::path::Path;
 use std::time::Instant;
 
-use brewster_buffers::SceneBuffers;
+use brewster_buffers::{Integrator, SceneBuffers};
 use brewster_film::{Film, PixelOrder};
 use brewster_import::Importer;
 use brewster_wavefront::batch::Batch;
 use brewster_wavefront::context::Context;
-use brewster_wavefront::integrator::whitted;
+use brewster_wavefront::integrator::{path, whitted};
 use brewster_wavefront::stats::Recorder;
 use brewster_wavefront::{Policy, QueueOrder, SortKey, Stage};
 use brewster_world::Scene;
@@ -57,14 +57,17 @@ fn pass(context: &Context<'_>, batch: &mut Batch) -> usize {
     let mut tiles = film.tiles_mut(context.policy.batch);
     let before = ALLOCATIONS.get();
     for tile in &mut tiles {
-        whitted(context, 0..1, batch, tile);
+        match context.scene.settings.integrator {
+            Integrator::Whitted => whitted(context, 0..1, batch, tile),
+            Integrator::Path => path(context, 0..1, batch, tile),
+        }
     }
     ALLOCATIONS.get() - before
 }
 
-/// A scene whose rays go through every stage and every queue.
-fn scene() -> SceneBuffers {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/scenes/shapes.ron");
+/// A scene from a file of the tests.
+fn scene(name: &str) -> SceneBuffers {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests").join(name);
     let loaded = Importer::default().load(&path).unwrap_or_else(|failure| panic!("{failure}"));
     let mut scene = Scene::new();
     loaded.scene.apply(scene.world_mut());
@@ -72,7 +75,8 @@ fn scene() -> SceneBuffers {
     scene.buffers().clone()
 }
 
-fn check(scene: &SceneBuffers, policy: Policy) {
+/// Every one of `stages` is run and none allocates.
+fn check(scene: &SceneBuffers, stages: &[Stage], policy: Policy) {
     let context = Context::new(scene, &scene.cameras[0], policy);
     let depth = scene.settings.max_depth;
     let mut batch = Batch::new(depth, policy.capacity, Recorder::new(depth, 0, Instant::now(), false));
@@ -80,7 +84,7 @@ fn check(scene: &SceneBuffers, policy: Policy) {
     let first = batch.recorder.stats.total();
     assert_eq!(pass(&context, &mut batch), 0, "allocations in the second pass by {policy:?}");
     let second = batch.recorder.stats.total();
-    for stage in Stage::ALL.into_iter().filter(|stage| stage.runs_in(scene.settings.integrator)) {
+    for &stage in stages {
         let rays = second.stages[stage as usize] - first.stages[stage as usize];
         assert!(rays > 0, "no ray goes through {} by {policy:?}", stage.name());
     }
@@ -89,15 +93,34 @@ fn check(scene: &SceneBuffers, policy: Policy) {
 /// In tiles smaller and larger than what is traced at once, with every queue order and shadow.
 #[test]
 fn a_second_pass_over_the_tiles_allocates_nothing() {
-    let mut scene = scene();
+    // A scene whose rays go through every stage and every queue.
+    let mut scene = scene("scenes/shapes.ron");
+    let stages: Vec<Stage> = Stage::ALL.into_iter().filter(|stage| stage.runs_in(Integrator::Whitted)).collect();
     for transparent in [false, true] {
         scene.settings.transparent_shadows = transparent;
         for (batch, capacity) in [(64, 4096), (4096, 4096), (1000, 64), (1000, 7)] {
             for (sort, order) in
                 [(SortKey::None, QueueOrder::ReflectionFirst), (SortKey::Octant, QueueOrder::TransmissionFirst)]
             {
-                check(&scene, Policy { batch, capacity, sort, order, ..Policy::default() });
+                check(&scene, &stages, Policy { batch, capacity, sort, order, ..Policy::default() });
             }
+        }
+    }
+}
+
+#[test]
+fn nor_does_a_second_pass_of_paths() {
+    let always = [Stage::Generate, Stage::Trace, Stage::Absorb, Stage::Sort, Stage::Record, Stage::Gather, Stage::Fold];
+    for (name, own) in [
+        ("absorbing-glass", Stage::ScatterDielectric),
+        ("many-lights", Stage::Shadow),
+        ("metals-rough", Stage::ScatterMetal),
+    ] {
+        let mut scene = scene(&format!("references/{name}.ron"));
+        scene.settings.resolution /= 4;
+        let stages: Vec<Stage> = always.into_iter().chain([own]).collect();
+        for (batch, capacity) in [(64, 4096), (4096, 4096), (1000, 7)] {
+            check(&scene, &stages, Policy { batch, capacity, ..Policy::default() });
         }
     }
 }

@@ -71,7 +71,7 @@ mod tests {
     use std::fs;
 
     use super::*;
-    use crate::{Film, FirstHit, NO_ID, PixelOrder, Window, read_image};
+    use crate::{Film, FirstHit, Light, NO_ID, PixelOrder, Window, read_image};
 
     fn layers() -> Layers {
         let window = Window { x: 3, y: 1, width: 21, height: 50 };
@@ -79,8 +79,7 @@ mod tests {
         let mut tile = film.tile_mut();
         for local in 0..tile.len() as u32 {
             let (x, y) = tile.pixel(local);
-            tile.add(local, [x as f32, y as f32, 1000.0]);
-            tile.add_sample(local);
+            tile.add_sample(local, Light::new([x as f32, y as f32, 1000.0]).unwrap());
             tile.add_rays(local, 100 * y + x);
             if x.is_multiple_of(2) {
                 let hit = FirstHit { depth: y as f32 + 0.5, normal: [0.0, 0.6, -0.8], material: x, entity: 70_000 + y };

@@ -36,27 +36,33 @@ use crate::batch::Batch;
 use crate::context::Context;
 use crate::queues::RaySource;
 use crate::stages::shade::shade_emissive;
-use crate::stages::{absorb, cross, escape, gather, generate, order, record, sort, trace};
+use crate::stages::{absorb, cross, escape, fold, gather, generate, order, record, sort, trace};
 use crate::stats::Stage;
 
 /// Makes the camera rays of some samples of every pixel of a tile.
-fn begin(context: &Context<'_>, samples: Range<u32>, batch: &mut Batch, tile: &mut FilmTile<'_>) {
-    let Batch { levels, stacks, recorder, .. } = batch;
+fn begin(context: &Context<'_>, numbers: Range<u32>, batch: &mut Batch, tile: &FilmTile<'_>) {
+    let Batch { levels, samples, stacks, recorder, .. } = batch;
     stacks.reset();
     let around = stacks.enter_all(&context.camera_media, &context.scene.materials.dielectric.view());
-    recorder.stage((Stage::Generate, 0, RaySource::Primary), tile.len() * samples.len(), |_| {
-        generate(context, samples, around, tile, &mut levels.primary);
+    recorder.stage((Stage::Generate, 0, RaySource::Primary), tile.len() * numbers.len(), |_| {
+        generate(context, numbers, around, tile, samples, &mut levels.primary);
     });
+}
+
+/// Adds the samples, whose paths have come to their ends, to the film.
+fn end(batch: &mut Batch, tile: &mut FilmTile<'_>) {
+    let Batch { samples, recorder, .. } = batch;
+    recorder.stage((Stage::Fold, 0, RaySource::Primary), samples.len(), |_| fold(samples.view(), tile));
 }
 
 /// Takes the rays that go next to what they meet: escaped ones get the background, those that meet light its radiance; the
 /// others' hits are left sorted by kind of material. Tells the rays' depth and queue; nothing when no ray waits.
 fn meet(context: &Context<'_>, batch: &mut Batch, tile: &mut FilmTile<'_>) -> Option<(u32, RaySource)> {
-    let Batch { levels, rays, ordered, hits, sorted, contributions, stacks, recorder, .. } = batch;
+    let Batch { levels, rays, ordered, hits, sorted, contributions, samples, stacks, recorder, .. } = batch;
     let (depth, source) = levels.take(context.policy.order, rays)?;
     let at = |stage| (stage, depth, source);
     recorder.stage(at(Stage::Order), rays.len(), |_| order(context.policy.sort, rays, ordered));
-    recorder.stage(at(Stage::Trace), rays.len(), |_| trace(context, rays.view(), hits, tile));
+    recorder.stage(at(Stage::Trace), rays.len(), |_| trace(context, rays.view(), hits, samples.view_mut()));
     recorder.stage(at(Stage::Absorb), rays.len(), |counts| {
         absorb(context, stacks, hits.view(), rays.view_mut(), counts);
     });
@@ -68,7 +74,9 @@ fn meet(context: &Context<'_>, batch: &mut Batch, tile: &mut FilmTile<'_>) -> Op
         cross(context, rays, sorted.crossings.view(), &mut levels.at(depth).0.transmission, counts);
     });
     if depth == 0 {
-        recorder.stage(at(Stage::Record), sorted.hits(), |_| sorted.each(|hits| record(context, rays, hits, tile)));
+        recorder.stage(at(Stage::Record), sorted.hits(), |_| {
+            sorted.each(|hits| record(context, rays, hits, samples.view(), tile))
+        });
     }
     recorder.stage(at(Stage::Escape), sorted.escaped.len(), |counts| {
         escape(context, rays, sorted.escaped.view(), stacks, contributions, counts);
@@ -76,6 +84,6 @@ fn meet(context: &Context<'_>, batch: &mut Batch, tile: &mut FilmTile<'_>) -> Op
     recorder.stage(at(Stage::ShadeEmissive), sorted.emissive.len(), |counts| {
         shade_emissive(context, rays, &sorted.emissive.view(), stacks, contributions, counts);
     });
-    recorder.stage(at(Stage::Gather), contributions.len(), |_| gather(contributions, tile));
+    recorder.stage(at(Stage::Gather), contributions.len(), |_| gather(contributions, samples.view_mut()));
     Some((depth, source))
 }

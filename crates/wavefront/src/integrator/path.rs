@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use brewster_film::FilmTile;
 
-use super::{begin, meet};
+use super::{begin, end, meet};
 use crate::batch::Batch;
 use crate::context::Context;
 use crate::stages::scatter::{Onward, SHADOW_RAYS, scatter};
@@ -18,7 +18,7 @@ pub fn path(context: &Context<'_>, samples: Range<u32>, batch: &mut Batch, tile:
     let run = (context.policy.capacity / SHADOW_RAYS).max(1);
     batch.shadows.reserve(run * SHADOW_RAYS);
     while let Some((depth, source)) = meet(context, batch, tile) {
-        let Batch { levels, rays, sorted, shadows, scratch, contributions, stacks, recorder, .. } = batch;
+        let Batch { levels, rays, sorted, shadows, scratch, contributions, samples, stacks, recorder, .. } = batch;
         let at = |stage| (stage, depth, source);
         let rays = rays.view();
         let (_, mut next) = levels.at(depth);
@@ -28,12 +28,13 @@ pub fn path(context: &Context<'_>, samples: Range<u32>, batch: &mut Batch, tile:
                     let hits = $hits.view().run(start, run);
                     recorder.stage(at($stage), hits.columns().len(), |counts| {
                         let mut onward = Onward { depth, next: next.as_deref_mut(), shadows, stacks };
-                        scatter(context, rays, &hits, tile, &mut onward, counts);
+                        scatter(context, rays, &hits, samples.view(), &mut onward, counts);
                     });
                     recorder.stage(at(Stage::Shadow), shadows.len(), |counts| {
-                        shadow(context, shadows, stacks, scratch, contributions, tile, counts);
+                        shadow(context, shadows, stacks, scratch, contributions, samples.view_mut(), counts);
                     });
-                    recorder.stage(at(Stage::Gather), contributions.len(), |_| gather(contributions, tile));
+                    recorder
+                        .stage(at(Stage::Gather), contributions.len(), |_| gather(contributions, samples.view_mut()));
                 }
             };
         }
@@ -42,4 +43,5 @@ pub fn path(context: &Context<'_>, samples: Range<u32>, batch: &mut Batch, tile:
         scatter!(Stage::ScatterMetal, sorted.metal);
         scatter!(Stage::ScatterDielectric, sorted.dielectric);
     }
+    end(batch, tile);
 }

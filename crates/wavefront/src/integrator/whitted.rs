@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use brewster_film::FilmTile;
 
-use super::{begin, meet};
+use super::{begin, end, meet};
 use crate::batch::Batch;
 use crate::context::Context;
 use crate::stages::shade::{Continuation, shade_dielectric, shade_lambert, shade_metal, shade_phong};
@@ -19,7 +19,7 @@ pub fn whitted(context: &Context<'_>, samples: Range<u32>, batch: &mut Batch, ti
     let run = (context.policy.capacity / lights).max(1);
     batch.shadows.reserve(run * lights);
     while let Some((depth, source)) = meet(context, batch, tile) {
-        let Batch { levels, rays, sorted, shadows, scratch, contributions, stacks, recorder, .. } = batch;
+        let Batch { levels, rays, sorted, shadows, scratch, contributions, samples, stacks, recorder, .. } = batch;
         let at = |stage| (stage, depth, source);
         let rays = rays.view();
         let (_, next) = levels.at(depth);
@@ -30,9 +30,10 @@ pub fn whitted(context: &Context<'_>, samples: Range<u32>, batch: &mut Batch, ti
                     let $view = $hits.view().run(start, run);
                     recorder.stage(at($stage), $view.columns().len(), |$counts| $shade);
                     recorder.stage(at(Stage::Shadow), shadows.len(), |counts| {
-                        shadow(context, shadows, stacks, scratch, contributions, tile, counts);
+                        shadow(context, shadows, stacks, scratch, contributions, samples.view_mut(), counts);
                     });
-                    recorder.stage(at(Stage::Gather), contributions.len(), |_| gather(contributions, tile));
+                    recorder
+                        .stage(at(Stage::Gather), contributions.len(), |_| gather(contributions, samples.view_mut()));
                 }
             };
         }
@@ -47,4 +48,5 @@ pub fn whitted(context: &Context<'_>, samples: Range<u32>, batch: &mut Batch, ti
             shade_dielectric(context, rays, &hits, stacks, shadows, &mut onward, counts)
         });
     }
+    end(batch, tile);
 }

@@ -4,12 +4,12 @@ use brewster_lanes::columns;
 use glam::Vec3;
 
 columns! {
-    /// Light that a path brings to its pixel.
+    /// Light that a path brings to its sample.
     pub struct Contribution => ContributionColumns, ContributionsView, ContributionsViewMut {
         /// Radiance times weight, linear Rec.709.
         pub radiance: Vec3,
-        /// The pixel's place in the batch's tile.
-        pub pixel: u32,
+        /// The row of the sample.
+        pub sample: u32,
     }
 }
 

@@ -126,7 +126,7 @@ mod tests {
             let (here, mut next) = levels.at(depth);
             for row in 0..taken.len() {
                 let ray = taken.get(row);
-                // The sample's number counts the boundaries crossed.
+                // The sample counts the boundaries crossed.
                 if row % of == 0 && ray.sample < 3 {
                     here.transmission.push(PathRay { sample: ray.sample + 1, ..ray });
                     continue;

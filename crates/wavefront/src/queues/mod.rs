@@ -3,23 +3,26 @@
 //!
 //! | queue | filled by | drained by | bytes a row |
 //! | --- | --- | --- | --- |
-//! | [`PrimaryQueue`] | `generate` | `trace`, depth 0 | 56 |
-//! | [`ReflectionQueue`] | `shade_metal`, `shade_dielectric`, `scatter_*` | `trace`, one depth on | 56 |
-//! | [`TransmissionQueue`] | `shade_dielectric`, `scatter_dielectric`; `cross` at the same depth | `trace`, one depth on | 56 |
+//! | [`PrimaryQueue`] | `generate` | `trace`, depth 0 | 52 |
+//! | [`ReflectionQueue`] | `shade_metal`, `shade_dielectric`, `scatter_*` | `trace`, one depth on | 52 |
+//! | [`TransmissionQueue`] | `shade_dielectric`, `scatter_dielectric`; `cross` at the same depth | `trace`, one depth on | 52 |
 //! | [`HitQueue`], one a material kind | `sort` | `shade_*`, `scatter_*`, after `record` has read it at depth 0 | 64 |
 //! | [`CrossingQueue`] | `sort` | `cross` | 20 |
 //! | [`EscapedQueue`] | `sort` | `escape` | 4 |
 //! | [`ShadowQueue`] | `shade_*`, `scatter_*` | `shadow` | 48 |
 //! | [`ContributionQueue`] | `escape`, `shade_*`, `shadow` | `gather` | 16 |
+//! | [`SampleColumns`] | `generate`, `trace`, `shadow`, `gather` | `fold`, at the end of the tile | 44 |
 //!
 //! A batch owns one of each and reuses their memory. A ray in flight takes one row of one queue between bounces, and during
-//! a bounce a row of what it became: that is why none exceeds 64 bytes, one cache line.
+//! a bounce a row of what it became: that is why none exceeds 64 bytes, one cache line. The sample that all rays of a path belong to
+//! keeps its row from the first stage to the last.
 //!
 //! **Memory.** A batch that traces at most `capacity` rays at once takes no more rows than
 //!
 //! - of rays: those of the tile's camera rays, `4 * capacity` at each depth from 1 on, `2 * capacity` at depth 0, and
 //!   `4 * capacity` for those being traced and put in order,
 //! - of each queue of hits, crossings and escaped rays: `2 * capacity`,
+//! - of samples: as many as camera rays,
 //! - of contributions: `4 * capacity`, of shadow rays with memory to test them: `2 * capacity`.
 //!
 //! (Where there are more lights than `capacity`, their number takes its place in the last line.) So it grows with the maximum
@@ -32,6 +35,7 @@ mod levels;
 mod primary;
 mod rays;
 mod reflection;
+mod samples;
 mod shadow;
 mod transmission;
 
@@ -48,6 +52,7 @@ pub use levels::{DepthQueues, Levels};
 pub use primary::PrimaryQueue;
 pub use rays::{PathRay, PathRayColumns, PathRaysView, PathRaysViewMut, RayQueue, RaySource};
 pub use reflection::ReflectionQueue;
+pub use samples::{Sample, SampleColumns, SamplesView, SamplesViewMut};
 pub use shadow::{ShadowQueue, ShadowRay, ShadowRayColumns, ShadowRaysView, ShadowRaysViewMut};
 pub use transmission::TransmissionQueue;
 
@@ -67,6 +72,7 @@ mod tests {
             ("EscapedQueue", EscapedQueue::BYTES_PER_ROW),
             ("ShadowQueue", ShadowQueue::BYTES_PER_ROW),
             ("ContributionQueue", ContributionQueue::BYTES_PER_ROW),
+            ("SampleColumns", SampleColumns::BYTES_PER_ROW),
         ];
         let table: Vec<(&str, usize)> = include_str!("mod.rs")
             .lines()

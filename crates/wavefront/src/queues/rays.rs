@@ -23,15 +23,13 @@ columns! {
         pub direction_y: f32,
         /// Unit direction.
         pub direction_z: f32,
-        /// What a unit of radiance along it adds to the pixel's sample; the path integrator leaves out the squared ratio of
+        /// What a unit of radiance along it adds to the sample; the path integrator leaves out the squared ratio of
         /// indices, which follows from the medium ([`Context::radiance_scale`](crate::context::Context::radiance_scale)).
         pub weight: Vec3,
         /// Density per solid angle with which the last surface chose the direction; `lobe::DELTA` where nothing else could
         /// have chosen it.
         pub pdf: f32,
-        /// The pixel's place in the batch's tile.
-        pub pixel: u32,
-        /// The number of the sample.
+        /// The row of the sample.
         pub sample: u32,
         /// The media around it.
         pub media: MediaId,
@@ -78,7 +76,6 @@ impl PathRay {
         direction_z: 1.0,
         weight: Vec3::ONE,
         pdf: f32::INFINITY,
-        pixel: 0,
         sample: 0,
         media: MediaId::VACUUM,
         branch: 1,

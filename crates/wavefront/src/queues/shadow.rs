@@ -23,10 +23,10 @@ columns! {
         pub direction_z: f32,
         /// Distance to the light in meters; infinite for directional light.
         pub distance: f32,
-        /// What it adds to the pixel's sample.
+        /// What it adds to the sample.
         pub contribution: Vec3,
-        /// The pixel's place in the batch's tile.
-        pub pixel: u32,
+        /// The row of the sample.
+        pub sample: u32,
         /// The media around it.
         pub media: MediaId,
     }

@@ -1,16 +1,19 @@
-//! Adds contributions to the film.
+//! Adds contributions to the samples that they belong to.
 
-use brewster_film::FilmTile;
+use brewster_film::Light;
 
-use crate::queues::ContributionQueue;
+use crate::queues::{ContributionQueue, SamplesViewMut};
 
-/// Adds all contributions to their pixels and empties the queue.
+/// Adds all contributions to their samples and empties the queue.
 ///
-/// Reads and empties: contributions. Writes: the film's colors.
-pub fn gather(contributions: &mut ContributionQueue, tile: &mut FilmTile<'_>) {
+/// Reads and empties: contributions. Writes: the samples' light, and their number of contributions that are no light.
+pub fn gather(contributions: &mut ContributionQueue, samples: SamplesViewMut<'_>) {
     let view = contributions.view();
-    for (radiance, &pixel) in view.radiance.iter().zip(view.pixel) {
-        tile.add(pixel, radiance.to_array());
+    for (radiance, &sample) in view.radiance.iter().zip(view.sample) {
+        match Light::new(radiance.to_array()) {
+            Some(light) => samples.light[sample as usize].add(light),
+            None => samples.rejected[sample as usize] += 1,
+        }
     }
     contributions.clear();
 }

@@ -3,38 +3,41 @@
 use std::ops::Range;
 
 use brewster_buffers::Integrator;
-use brewster_film::FilmTile;
+use brewster_film::{FilmTile, Light};
 use brewster_optics::lobe::DELTA;
 use glam::{Vec2, Vec3};
 
 use crate::context::Context;
 use crate::media::MediaId;
-use crate::queues::{PathRay, PrimaryQueue};
+use crate::queues::{PathRay, PrimaryQueue, Sample, SampleColumns};
 use crate::random::{Decision, PixelKey};
 
 /// Makes the rays of some samples of every pixel of a tile; those of one pixel are neighbors.
 ///
-/// Reads: the camera, and the sample pattern or random numbers. Writes: the primary queue and the film's number of samples.
+/// Reads: the camera, and the sample pattern or random numbers. Writes: the primary queue and the samples.
 pub fn generate(
     context: &Context<'_>,
-    samples: Range<u32>,
+    numbers: Range<u32>,
     media: MediaId,
-    tile: &mut FilmTile<'_>,
+    tile: &FilmTile<'_>,
+    samples: &mut SampleColumns,
     primary: &mut PrimaryQueue,
 ) {
     let resolution = context.scene.settings.resolution.as_vec2();
     let aspect = resolution.x / resolution.y;
-    primary.reserve_total(tile.len() * samples.len());
+    samples.clear();
+    samples.reserve(tile.len() * numbers.len());
+    primary.reserve_total(tile.len() * numbers.len());
     for pixel in 0..tile.len() as u32 {
         let (x, y) = tile.pixel(pixel);
         let center = Vec2::new(x as f32 + 0.5, y as f32 + 0.5);
-        for sample in samples.clone() {
+        let key = PixelKey::new(x, y);
+        for number in numbers.clone() {
             let (offset, lens) = match context.scene.settings.integrator {
-                Integrator::Whitted => (context.pattern[sample as usize], Vec2::ZERO),
-                Integrator::Path => random_place(context, PixelKey::new(x, y), sample),
+                Integrator::Whitted => (context.pattern[number as usize], Vec2::ZERO),
+                Integrator::Path => random_place(context, key, number),
             };
             let ray = context.camera.ray((center + offset) / resolution, aspect, lens);
-            tile.add_sample(pixel);
             primary.push(PathRay {
                 origin_x: ray.origin.x,
                 origin_y: ray.origin.y,
@@ -44,11 +47,11 @@ pub fn generate(
                 direction_z: ray.direction.z,
                 weight: Vec3::ONE,
                 pdf: DELTA,
-                pixel,
-                sample,
+                sample: samples.len() as u32,
                 media,
                 branch: 1,
             });
+            samples.push(Sample { pixel, key, number, light: Light::NONE, rays: 0, rejected: 0 });
         }
     }
 }

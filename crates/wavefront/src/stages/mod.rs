@@ -6,6 +6,7 @@
 mod absorb;
 mod cross;
 mod escape;
+mod fold;
 mod gather;
 mod generate;
 mod order;
@@ -19,6 +20,7 @@ mod trace;
 pub use absorb::absorb;
 pub use cross::cross;
 pub use escape::escape;
+pub use fold::fold;
 pub use gather::gather;
 pub use generate::generate;
 pub use order::order;

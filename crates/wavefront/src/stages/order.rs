@@ -45,8 +45,8 @@ mod tests {
     #[test]
     fn octants_come_in_order_and_rays_of_one_stay_in_theirs() {
         let directions = [[1, 1, -1], [1, 1, 1], [-1, -1, -1], [1, -1, 1], [1, 1, 1], [-1, -1, -1], [1, 1, 1]];
-        let ray = |(pixel, [x, y, z]): (u32, [i32; 3])| PathRay {
-            pixel,
+        let ray = |(sample, [x, y, z]): (u32, [i32; 3])| PathRay {
+            sample,
             direction_x: x as f32,
             direction_y: y as f32,
             direction_z: z as f32,
@@ -54,9 +54,13 @@ mod tests {
         };
         let mut rays: PathRayColumns = (0..).zip(directions).map(ray).collect();
         order(SortKey::Octant, &mut rays, &mut PathRayColumns::new());
-        assert_eq!(rays.view().pixel, [1, 4, 6, 3, 0, 2, 5]);
+        assert_eq!(rays.view().sample, [1, 4, 6, 3, 0, 2, 5]);
         assert!(
-            rays.view().direction_x.iter().zip(rays.view().pixel).all(|(&x, &p)| x == directions[p as usize][0] as f32)
+            rays.view()
+                .direction_x
+                .iter()
+                .zip(rays.view().sample)
+                .all(|(&x, &p)| x == directions[p as usize][0] as f32)
         );
     }
 }

@@ -3,12 +3,18 @@
 use brewster_film::{FilmTile, FirstHit};
 
 use crate::context::Context;
-use crate::queues::{PathRaysView, SurfaceHitsView};
+use crate::queues::{PathRaysView, SamplesView, SurfaceHitsView};
 
 /// Adds depth along the view axis, normal and ids of first hits to the film.
 ///
-/// Reads: rays of depth 0 and their hits. Writes: the film's layers.
-pub fn record(context: &Context<'_>, rays: PathRaysView<'_>, hits: SurfaceHitsView<'_>, tile: &mut FilmTile<'_>) {
+/// Reads: rays of depth 0, their samples and hits. Writes: the film's layers.
+pub fn record(
+    context: &Context<'_>,
+    rays: PathRaysView<'_>,
+    hits: SurfaceHitsView<'_>,
+    samples: SamplesView<'_>,
+    tile: &mut FilmTile<'_>,
+) {
     let materials = context.scene.instances.view().material;
     for row in 0..hits.len() {
         let hit = hits.get(row);
@@ -18,6 +24,7 @@ pub fn record(context: &Context<'_>, rays: PathRaysView<'_>, hits: SurfaceHitsVi
             material: materials[hit.instance as usize].0,
             entity: hit.instance,
         };
-        tile.add_first_hit(rays.pixel[hit.ray as usize], rays.sample[hit.ray as usize], first);
+        let sample = rays.sample[hit.ray as usize] as usize;
+        tile.add_first_hit(samples.pixel[sample], samples.number[sample], first);
     }
 }

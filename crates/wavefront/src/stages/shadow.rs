@@ -1,13 +1,12 @@
 //! Tests rays toward lights.
 
 use brewster_buffers::MaterialKind;
-use brewster_film::FilmTile;
 use brewster_geometry::{Hit, HitColumns, closest_hits, occluded, offset_origin, surface};
 use glam::Vec3;
 
 use crate::context::Context;
 use crate::media::{MediaStacks, Medium};
-use crate::queues::{Contribution, ContributionQueue, ShadowQueue, ShadowRay};
+use crate::queues::{Contribution, ContributionQueue, SamplesViewMut, ShadowQueue, ShadowRay};
 use crate::stats::Counts;
 
 /// Memory that [`shadow`] reuses.
@@ -29,14 +28,14 @@ impl ShadowScratch {
 
 /// Passes on the contributions of rays that reach their light, weakened by the media on the way, and empties the queue.
 ///
-/// Reads and empties: shadow rays. Writes: contributions, and the film's number of rays.
+/// Reads and empties: shadow rays. Writes: contributions, and the samples' number of rays.
 pub fn shadow(
     context: &Context<'_>,
     queue: &mut ShadowQueue,
     stacks: &mut MediaStacks,
     scratch: &mut ShadowScratch,
     contributions: &mut ContributionQueue,
-    tile: &mut FilmTile<'_>,
+    mut samples: SamplesViewMut<'_>,
     counts: &mut Counts,
 ) {
     counts.shadow_rays += queue.len() as u64;
@@ -45,12 +44,12 @@ pub fn shadow(
     if context.scene.settings.transparent_shadows {
         while !queue.is_empty() {
             counts.shadow_segments += queue.len() as u64;
-            count_rays(queue, tile);
+            count_rays(queue, &mut samples);
             follow(context, queue, stacks, scratch, contributions);
         }
     } else {
         counts.shadow_segments += queue.len() as u64;
-        count_rays(queue, tile);
+        count_rays(queue, &mut samples);
         let view = queue.view();
         scratch.blocked.resize(view.len(), false);
         occluded(&context.geometry, context.policy.level, view.rays(), view.distance, &mut scratch.blocked);
@@ -59,7 +58,7 @@ pub fn shadow(
             if !scratch.blocked[row] {
                 let medium = stacks.filling(view.media[row]);
                 let radiance = view.contribution[row] * medium.transmittance(view.distance[row], &dielectrics);
-                contributions.push(Contribution { radiance, pixel: view.pixel[row] });
+                contributions.push(Contribution { radiance, sample: view.sample[row] });
             }
         }
         queue.clear();
@@ -67,9 +66,9 @@ pub fn shadow(
     counts.shadowed += (sent - (contributions.len() - before)) as u64;
 }
 
-fn count_rays(queue: &ShadowQueue, tile: &mut FilmTile<'_>) {
-    for &pixel in queue.view().pixel {
-        tile.add_rays(pixel, 1);
+fn count_rays(queue: &ShadowQueue, samples: &mut SamplesViewMut<'_>) {
+    for &sample in queue.view().sample {
+        samples.rays[sample as usize] += 1;
     }
 }
 
@@ -94,7 +93,7 @@ fn follow(
         let end = hit.t.min(ray.distance);
         let mut contribution = ray.contribution * stacks.filling(ray.media).transmittance(end, &dielectrics);
         if hit.is_miss() || hit.t >= ray.distance {
-            contributions.push(Contribution { radiance: contribution, pixel: ray.pixel });
+            contributions.push(Contribution { radiance: contribution, sample: ray.sample });
             continue;
         }
         let material = scene.materials.rows.get(scene.instances.view().material[hit.instance as usize].0 as usize);

@@ -8,7 +8,6 @@ mod metal;
 mod rough_diffuse;
 
 use brewster_buffers::LightSample;
-use brewster_film::FilmTile;
 use brewster_geometry::{Ray, offset_origin};
 use brewster_optics::basis::Basis;
 use brewster_optics::lobe::{LobeSample, LobeSplit, LobeValue, power_heuristic};
@@ -19,8 +18,8 @@ use crate::albedo::Albedos;
 use crate::context::Context;
 use crate::ledger::Ledger;
 use crate::media::{MediaId, MediaStacks, Medium};
-use crate::queues::{DepthQueues, HitsOf, PathRay, PathRaysView, ShadowQueue, ShadowRay, SurfaceHit};
-use crate::random::{Decision, PixelKey, Stream};
+use crate::queues::{DepthQueues, HitsOf, PathRay, PathRaysView, SamplesView, ShadowQueue, ShadowRay, SurfaceHit};
+use crate::random::{Decision, Stream};
 use crate::stats::Counts;
 
 /// A kind of material, as the path integrator sees it.
@@ -93,13 +92,13 @@ struct Arrival<'a> {
 /// Light that two techniques can find is shared between them by the power heuristic. Of rays whose weight has become small
 /// some are given up and the others weigh more.
 ///
-/// Reads: rays, hits, the kind's materials, textures, lights, background. Writes: shadow rays, the next depth's reflection
+/// Reads: rays, samples, hits, the kind's materials, textures, lights, background. Writes: shadow rays, the next depth's reflection
 /// and transmission queues, and the media stacks.
 pub fn scatter<Kind: Scatter>(
     context: &Context<'_>,
     rays: PathRaysView<'_>,
     hits: &HitsOf<'_, Kind>,
-    tile: &FilmTile<'_>,
+    samples: SamplesView<'_>,
     onward: &mut Onward<'_>,
     counts: &mut Counts,
 ) {
@@ -119,8 +118,7 @@ pub fn scatter<Kind: Scatter>(
         let sides = sides::<Kind>(context, &ray, &hit, onward.stacks);
         let surface = Kind::surface(context, &hit, &sides);
         let frame = Basis::around(normal);
-        let (x, y) = tile.pixel(ray.pixel);
-        let stream = context.sampler.stream(PixelKey::new(x, y), ray.sample, ray.branch);
+        let stream = samples.stream(&context.sampler, ray.sample, ray.branch);
         let view = frame.to_local(-direction);
         let arrival =
             Arrival { context, ray, hit, depth: onward.depth, stream, frame, geometric, media: sides.media, view };
@@ -207,7 +205,7 @@ impl Arrival<'_> {
             direction_z: direction.z,
             distance,
             contribution: contribution * self.context.radiance_scale(stacks, media),
-            pixel: self.ray.pixel,
+            sample: self.ray.sample,
             media,
         });
     }
@@ -322,12 +320,13 @@ const ROULETTE_WEIGHT: f32 = 0.25;
 #[cfg(test)]
 mod tests {
     use brewster_buffers::{Camera, Integrator, Projection, SceneBuffers};
-    use brewster_film::{Film, PixelOrder};
+    use brewster_film::Light;
     use brewster_geometry::SurfacePoint;
 
     use super::*;
     use crate::policy::Policy;
-    use crate::queues::{HitQueue, PathRayColumns};
+    use crate::queues::{HitQueue, PathRayColumns, Sample, SampleColumns};
+    use crate::random::PixelKey;
 
     /// White by theory; its sampler loses some of a hundred parts, or gives some too much.
     #[derive(Debug)]
@@ -382,10 +381,11 @@ mod tests {
             key: 0,
         };
         let context = Context::new(&scene, &camera, Policy { ledger: true, ..Policy::default() });
-        let mut film = Film::new(PixelOrder::new(200, 200, None).expect("a small picture"));
-        let tile = film.tile_mut();
-        let (mut rays, mut hits) = (PathRayColumns::new(), HitQueue::<OnLossy<PERCENT>>::default());
-        for pixel in 0..tile.len() as u32 {
+        let (mut rays, mut samples) = (PathRayColumns::new(), SampleColumns::new());
+        let mut hits = HitQueue::<OnLossy<PERCENT>>::default();
+        for sample in 0..40_000 {
+            let key = PixelKey::new(sample % 200, sample / 200);
+            samples.push(Sample { pixel: sample, key, number: 0, light: Light::NONE, rays: 0, rejected: 0 });
             rays.push(PathRay {
                 origin_x: 0.0,
                 origin_y: 1.0,
@@ -395,8 +395,7 @@ mod tests {
                 direction_z: 0.0,
                 weight: Vec3::ONE,
                 pdf: 1.0,
-                pixel,
-                sample: 0,
+                sample,
                 media: MediaId::VACUUM,
                 branch: 1,
             });
@@ -407,12 +406,12 @@ mod tests {
                 uv: Vec2::ZERO,
                 error: 1e-6,
             };
-            hits.push(SurfaceHit { ray: pixel, instance: 0, primitive: 0, material: 0, point });
+            hits.push(SurfaceHit { ray: sample, instance: 0, primitive: 0, material: 0, point });
         }
         let (mut next, mut shadows, mut stacks) = Default::default();
         let mut onward = Onward { depth: 0, next: Some(&mut next), shadows: &mut shadows, stacks: &mut stacks };
         let mut counts = Counts::default();
-        scatter(&context, rays.view(), &hits.view(), &tile, &mut onward, &mut counts);
+        scatter(&context, rays.view(), &hits.view(), samples.view(), &mut onward, &mut counts);
         counts.ledger
     }
 

@@ -40,6 +40,6 @@ pub fn shade_emissive(
         };
         let scale = share * context.radiance_scale(stacks, ray.media);
         let radiance = scene.textures.evaluate(emissive.radiance[hit.material as usize], hit.point.uv);
-        contributions.push(Contribution { radiance: ray.weight * radiance * scale, pixel: ray.pixel });
+        contributions.push(Contribution { radiance: ray.weight * radiance * scale, sample: ray.sample });
     }
 }

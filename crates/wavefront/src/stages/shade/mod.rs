@@ -68,7 +68,7 @@ impl Continuation<'_> {
 fn send_shadow_ray(
     queue: &mut ShadowQueue,
     hit: &SurfaceHit,
-    pixel: u32,
+    sample: u32,
     media: MediaId,
     light: &brewster_buffers::Light,
     toward: Vec3,
@@ -88,7 +88,7 @@ fn send_shadow_ray(
         direction_z: seen.direction.z,
         distance: seen.distance,
         contribution,
-        pixel,
+        sample,
         media,
     });
 }

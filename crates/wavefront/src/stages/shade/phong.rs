@@ -33,7 +33,7 @@ pub fn shade_phong(
         let (diffuse, specular) = (lambert::brdf(color(material.diffuse)), color(material.specular));
 
         let ambient = ray.weight * color(material.ambient) * scene.ambient;
-        contributions.push(Contribution { radiance: ambient, pixel: ray.pixel });
+        contributions.push(Contribution { radiance: ambient, sample: ray.sample });
         for index in 0..scene.lights.len() {
             let light = scene.lights.get(index);
             let seen = light.illuminate(hit.point.position);
@@ -43,7 +43,7 @@ pub fn shade_phong(
             }
             let highlight = specular * phong_highlight(seen.direction, mirror, material.exponent);
             let reflected: Vec3 = ray.weight * (diffuse * cosine + highlight) * seen.irradiance;
-            send_shadow_ray(shadows, &hit, ray.pixel, ray.media, &light, seen.direction, reflected);
+            send_shadow_ray(shadows, &hit, ray.sample, ray.media, &light, seen.direction, reflected);
         }
     }
 }
