@@ -3,6 +3,7 @@
 //! - `batches_agree`: the same picture, bit for bit, however work is scheduled.
 //! - `closed_forms`: pictures that are known by hand.
 //! - `conservation`: no ray is lost or made up between queues.
+//! - `edits_agree`: after any series of edits the picture is that of a new scene, bit for bit.
 //! - `furnace`: in light from everywhere nothing is lost but what the maximum depth cuts.
 //! - `layers`: crates depend on each other as the architecture page says, and on nothing else.
 //! - `memory_bounded`: a split tree of any depth stays within the memory that the queues' page states.
@@ -18,6 +19,7 @@
 mod batches_agree;
 mod closed_forms;
 mod conservation;
+mod edits_agree;
 mod energy_accounted;
 mod furnace;
 mod layers;
