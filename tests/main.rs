@@ -4,9 +4,11 @@
 //! - `closed_forms`: pictures that are known by hand.
 //! - `conservation`: no ray is lost or made up between queues.
 //! - `edits_agree`: after any series of edits the picture is that of a new scene, bit for bit.
+//! - `energy_accounted`: the path integrator's ledger of energy closes.
 //! - `furnace`: in light from everywhere nothing is lost but what the maximum depth cuts.
 //! - `layers`: crates depend on each other as the architecture page says, and on nothing else.
 //! - `memory_bounded`: a split tree of any depth stays within the memory that the queues' page states.
+//! - `path_furnace`: the path integrator sees nothing in even light that absorbs nothing.
 //! - `recursion_agrees`: the queues compute what a plain recursion of the lecture's algorithm computes.
 //! - `references_are_whole`: every reference scene can be read, without a warning, and has its picture beside it.
 //! - `self_intersection`: no specks and no leaks, at the origin and far from it.
