@@ -97,6 +97,16 @@ impl Textures {
 }
 
 impl Texture {
+    /// Whether two textures are equal; images are if they are one in memory.
+    pub fn is_same(&self, other: &Texture) -> bool {
+        match (self, other) {
+            (Texture::Image { image: a, repeat: times_a }, Texture::Image { image: b, repeat: times_b }) => {
+                Arc::ptr_eq(a, b) && times_a == times_b
+            }
+            _ => self == other,
+        }
+    }
+
     /// The mean of all that it can show. Looks at every pixel of a picture.
     fn mean(&self) -> Vec3 {
         match self {

@@ -310,3 +310,53 @@ fn shadow_rays_end_before_their_light() {
         }
     }
 }
+
+/// A sheet of 32 by 32 triangles whose picture shines in one corner: most samples go there, and their mean is what the corner
+/// sends, by a sum over its parts.
+#[test]
+fn triangles_are_drawn_where_their_texture_shines() {
+    let mut sheet = TriangleMesh::default();
+    for y in 0..17u32 {
+        for x in 0..17u32 {
+            let uv = Vec2::new(x as f32, y as f32) / 16.0;
+            sheet.positions.push((uv * 2.0 - 1.0).extend(0.0));
+            sheet.uvs.push(uv);
+            if x < 16 && y < 16 {
+                let corner = y * 17 + x;
+                sheet.triangles.extend([[corner, corner + 1, corner + 18], [corner, corner + 18, corner + 17]]);
+            }
+        }
+    }
+    let mut pixels = vec![[0.0; 3]; 16 * 16];
+    // Row 0 is at the top, so the last row is at v = 0.
+    (0..4).for_each(|i| pixels[(15 - i / 2) * 16 + i % 2] = [1.0, 2.0, 4.0]);
+    let image = Arc::new(Image { width: 16, height: 16, pixels });
+    let at = placed(Vec3::new(2.0, 1.0, 1.0), Vec3::new(3.0, 0.0, -2.0));
+    let mut scene = scene(ShapeRef { kind: ShapeKind::Mesh, row: 0 }, at, true);
+    scene.shapes.meshes[0] = Arc::new(sheet);
+    scene.trees.meshes[0] = MeshTree::build(scene.shapes.meshes[0].clone()).unwrap();
+    scene.textures.rows[0] = Texture::Image { image, repeat: 1.0 };
+    finish(&mut scene);
+
+    let point = at.transform_point3(Vec3::new(-0.3, 0.2, 1.5));
+    let steps = 800;
+    let normal = (at.matrix3 * glam::Vec3A::X).cross(at.matrix3 * glam::Vec3A::Y);
+    let mut expected = 0.0;
+    for i in 0..steps * steps {
+        let uv = (Vec2::new((i % steps) as f32, (i / steps) as f32) + 0.5) / steps as f32;
+        let radiance = scene.textures.evaluate(scene.materials.emissive.get(0).radiance, uv);
+        let to = at.transform_point3((uv * 2.0 - 1.0).extend(0.0)) - point;
+        let area = 4.0 * Vec3::from(normal) / (steps * steps) as f32;
+        expected += f64::from(radiance.element_sum() * area.dot(to).abs() / to.length().powi(3));
+    }
+    let (mut random, mut drawn, mut lit) = (Random(8), Mean::default(), 0);
+    for _ in 0..20_000 {
+        let sample = scene.sample_light(point, random.unit(), random.square());
+        lit += i32::from(sample.is_some());
+        drawn.add(sample.map_or(0.0, |sample| f64::from(sample.radiance.element_sum() / sample.pdf)));
+    }
+    let error = drawn.squared_error().sqrt();
+    assert!((drawn.mean() - expected).abs() < 5.0 * error && error < 0.02 * expected, "{} {expected}", drawn.mean());
+    // By area alone it would be one in 64, or with what blurs into neighbors one in 28.
+    assert!(lit > 12_000, "{lit}");
+}

@@ -4,17 +4,18 @@ use std::collections::BTreeMap;
 use std::f32::consts::FRAC_PI_2;
 use std::sync::Arc;
 
-use brewster_geometry::{Aabb, Affine, ShapeKind, TriangleMesh, area_scale};
+use brewster_geometry::{Aabb, ShapeKind, TriangleMesh, area_scale};
 use brewster_lanes::math;
 use brewster_optics::color::luminance;
-use glam::{DVec3, Vec3};
+use glam::Vec3;
 
 use super::choice::{LightChoice, Source};
 use super::cone::Cone;
+use super::mesh::{Extent, MeshEmitter, extent_of_mesh};
 use super::rectangle::SeenRectangle;
 use super::tree::LightBounds;
 use super::{Emitter, Emitters, Placing};
-use crate::{ColorSource, Distribution, Emissive, Instance, Light, LightKind, MaterialKind, SceneBuffers, TextureId};
+use crate::{ColorSource, Emissive, Instance, Light, LightKind, MaterialKind, SceneBuffers, TextureId};
 
 impl Emitters {
     /// Gathers what shines in a scene. Looks at every instance, at every pixel of the textures of emissive materials, and at
@@ -28,7 +29,10 @@ impl Emitters {
     /// The emitters after edits of a scene: equal to new ones. Meshes that were there are not looked at again, and if all sources
     /// are where they were and as they were the tree is kept. Tells whether it was built.
     pub fn update(self, scene: &SceneBuffers) -> (Emitters, bool) {
-        let earlier = self.meshes.into_iter().map(|emitter| (Arc::as_ptr(&emitter.mesh), emitter)).collect();
+        let mut earlier: BTreeMap<_, Vec<_>> = BTreeMap::new();
+        for emitter in self.meshes {
+            earlier.entry(Arc::as_ptr(&emitter.mesh)).or_default().push(emitter);
+        }
         let emitters = Emitters::default();
         let mut gathered = Gathered { scene, earlier, tables: BTreeMap::new(), means: BTreeMap::new(), emitters };
         let mut sources: Vec<Source> = Vec::new();
@@ -53,44 +57,12 @@ impl Emitters {
 struct Gathered<'a> {
     scene: &'a SceneBuffers,
     /// Meshes that were looked at for an earlier state of the scene.
-    earlier: BTreeMap<*const TriangleMesh, Arc<MeshEmitter>>,
-    /// By the row of a mesh, its row among emissive ones; none if no triangle has an area.
-    tables: BTreeMap<u32, Option<u32>>,
+    earlier: BTreeMap<*const TriangleMesh, Vec<Arc<MeshEmitter>>>,
+    /// By the row of a mesh and its texture, the row among emissive ones; none if no triangle has an area.
+    tables: BTreeMap<(u32, TextureId), Option<u32>>,
     /// Mean luminances of textures.
     means: BTreeMap<TextureId, f64>,
     emitters: Emitters,
-}
-
-/// How large a surface is, and where its normals point.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Extent {
-    area: f64,
-    normals: Cone,
-}
-
-/// What all instances of an emissive mesh share.
-#[derive(Clone, Debug)]
-pub(super) struct MeshEmitter {
-    mesh: Arc<TriangleMesh>,
-    /// By area in object space.
-    pub(super) triangles: Distribution,
-    /// In object space.
-    extent: Extent,
-}
-
-/// Meshes are equal if they are one in memory, and then so is what follows from them.
-impl PartialEq for MeshEmitter {
-    fn eq(&self, other: &MeshEmitter) -> bool {
-        Arc::ptr_eq(&self.mesh, &other.mesh)
-    }
-}
-
-impl MeshEmitter {
-    fn new(mesh: &Arc<TriangleMesh>) -> Option<MeshEmitter> {
-        let areas: Vec<f64> = (0..mesh.triangles.len()).map(|triangle| mesh.area(triangle)).collect();
-        let (triangles, extent) = (Distribution::new(&areas)?, extent_of_mesh(mesh, &Affine::IDENTITY));
-        Some(MeshEmitter { mesh: mesh.clone(), triangles, extent })
-    }
 }
 
 impl Gathered<'_> {
@@ -107,7 +79,13 @@ impl Gathered<'_> {
         if mean.partial_cmp(&0.0) != Some(std::cmp::Ordering::Greater) {
             return None;
         }
-        let (placing, Extent { area, normals }) = self.place(&instance)?;
+        let (placing, Extent { area, normals }) = self.place(&instance, emissive.radiance, mean)?;
+        let mean = match placing {
+            Placing::Triangles { mesh } if emissive.radiance.texture != TextureId::NONE => {
+                self.emitters.meshes[mesh as usize].luminance
+            }
+            _ => mean,
+        };
         let bounds = scene.geometry().instances().bounds(row as u32).ok()?;
         // Of what is curved a quarter of the area is seen, on average over all directions (Cauchy); of what is flat, half.
         let is_flat = normals.angle < 1.0;
@@ -127,23 +105,29 @@ impl Gathered<'_> {
         if color.texture == TextureId::NONE { mean() } else { *self.means.entry(color.texture).or_insert_with(mean) }
     }
 
-    /// The row of a mesh among emissive ones.
-    fn row_of_mesh(&mut self, row: u32) -> Option<u32> {
-        let mesh = &self.scene.shapes.meshes[row as usize];
+    /// The row among emissive meshes of a mesh that shines in a color of some mean luminance.
+    fn row_of_mesh(&mut self, row: u32, color: ColorSource, mean: f64) -> Option<u32> {
+        let scene = self.scene;
+        let mesh = &scene.shapes.meshes[row as usize];
+        let has_texture = color.texture != TextureId::NONE;
+        let texture = has_texture.then(|| &scene.textures.rows[color.texture.0 as usize]);
         let (earlier, meshes) = (&self.earlier, &mut self.emitters.meshes);
-        *self.tables.entry(row).or_insert_with(|| {
-            let earlier = earlier.get(&Arc::as_ptr(mesh)).cloned();
-            meshes.push(earlier.or_else(|| MeshEmitter::new(mesh).map(Arc::new))?);
+        *self.tables.entry((row, color.texture)).or_insert_with(|| {
+            let mut earlier = earlier.get(&Arc::as_ptr(mesh)).into_iter().flatten();
+            let known = earlier.find(|emitter| emitter.is_of(mesh, texture)).cloned();
+            // Triangles of one color are chosen by area, whatever the color.
+            let mean = if has_texture { mean } else { 1.0 };
+            meshes.push(known.or_else(|| MeshEmitter::new(mesh, texture, mean).map(Arc::new))?);
             Some(meshes.len() as u32 - 1)
         })
     }
 
     /// How places on an instance are drawn, and its extent in world space.
-    fn place(&mut self, instance: &Instance) -> Option<(Placing, Extent)> {
+    fn place(&mut self, instance: &Instance, color: ColorSource, mean: f64) -> Option<(Placing, Extent)> {
         let (shape, to_world) = (instance.shape, &instance.object_to_world);
         let scale = to_world.uniform_scale();
         if shape.kind == ShapeKind::Mesh {
-            let mesh = self.row_of_mesh(shape.row)?;
+            let mesh = self.row_of_mesh(shape.row, color, mean)?;
             let emitter = &self.emitters.meshes[mesh as usize];
             let extent = match scale {
                 Some(scale) => {
@@ -184,24 +168,6 @@ impl Gathered<'_> {
         });
         places.sum::<f64>() / f64::from(STEPS * STEPS) * area
     }
-}
-
-/// The extent of a mapped mesh. A map that mirrors turns triangles over, but not their normals.
-fn extent_of_mesh(mesh: &TriangleMesh, map: &Affine) -> Extent {
-    let side = if map.mirrors() { -0.5 } else { 0.5 };
-    let area = |triangle: usize| {
-        let [a, b, c] = mesh.corners(triangle);
-        let (ab, ac) = (map.vector(b - a).as_dvec3(), map.vector(c - a).as_dvec3());
-        ab.cross(ac) * side
-    };
-    let areas = || (0..mesh.triangles.len()).map(area);
-    let (sum, total) = areas().fold((DVec3::ZERO, 0.0), |(sum, total), area| (sum + area, total + area.length()));
-    let Some(axis) = sum.try_normalize() else { return Extent { area: total, normals: Cone::SPHERE } };
-    let cosine = areas().filter_map(DVec3::try_normalize).map(|normal| normal.dot(axis)).fold(1.0, f64::min);
-    let angle = math::acos((cosine as f32).clamp(-1.0, 1.0));
-    // Rounding turns normals of slivers; nothing wider than this is worth telling from a ball.
-    let normals = if angle < 3.0 { Cone { axis: axis.as_vec3(), angle: angle + 1e-3 } } else { Cone::SPHERE };
-    Extent { area: total, normals }
 }
 
 /// What a light without extent is chosen by.

@@ -9,12 +9,13 @@
 //! | sphere, not stretched | in its cone of directions; from inside, any direction |
 //! | rectangle that looks large, not sheared | evenly over its solid angle |
 //! | other shapes | evenly over the area |
-//! | mesh | a triangle by its area, evenly over it |
+//! | mesh | a triangle by its area and what its texture shows there, evenly over it |
 //! | light without extent | where it is |
 
 mod build;
 mod choice;
 mod cone;
+mod mesh;
 mod rectangle;
 mod sphere;
 mod tree;
@@ -27,8 +28,8 @@ use glam::Vec3;
 
 use crate::{ColorSource, LightSample, SceneBuffers};
 
-use self::build::MeshEmitter;
 use self::choice::LightChoice;
+use self::mesh::MeshEmitter;
 use self::rectangle::SeenRectangle;
 use self::sphere::PlacedSphere;
 

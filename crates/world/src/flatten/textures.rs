@@ -1,8 +1,6 @@
 //! Textures: one row for each color that comes from a texture, in the order of materials and, within one, of its fields. Images are
 //! shared, not copied.
 
-use std::sync::Arc;
-
 use brewster_buffers::{ColorSource, Texture, TextureId};
 use glam::Vec3;
 
@@ -37,7 +35,7 @@ impl TextureWriter<'_> {
         let row = self.next;
         self.next += 1;
         let differs = match self.rows.get_mut(row) {
-            Some(old) => !same(&std::mem::replace(old, texture), &self.rows[row]),
+            Some(old) => !std::mem::replace(old, texture).is_same(&self.rows[row]),
             None => {
                 self.rows.push(texture);
                 true
@@ -57,16 +55,6 @@ impl TextureWriter<'_> {
         self.rows.truncate(self.next);
         self.edits.removed = self.before.saturating_sub(self.next);
         self.edits
-    }
-}
-
-/// Whether two textures are equal; images are if they are one in memory.
-fn same(a: &Texture, b: &Texture) -> bool {
-    match (a, b) {
-        (Texture::Image { image: a, repeat: times_a }, Texture::Image { image: b, repeat: times_b }) => {
-            Arc::ptr_eq(a, b) && times_a == times_b
-        }
-        _ => a == b,
     }
 }
 
@@ -94,6 +82,8 @@ pub(super) fn check(texture: &Texture) -> Result<(), &'static str> {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+
     use super::*;
 
     #[test]

@@ -1,0 +1,97 @@
+//! Emissive meshes: what their instances share.
+
+use std::sync::Arc;
+
+use brewster_geometry::{Affine, TriangleMesh};
+use brewster_lanes::math;
+use brewster_optics::color::luminance;
+use glam::DVec3;
+
+use super::cone::Cone;
+use crate::{Distribution, Texture};
+
+/// How large a surface is, and where its normals point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Extent {
+    pub(super) area: f64,
+    pub(super) normals: Cone,
+}
+
+/// What all instances of a mesh share that shine by the same texture, or by none.
+#[derive(Clone, Debug)]
+pub(super) struct MeshEmitter {
+    pub(super) mesh: Arc<TriangleMesh>,
+    texture: Option<Texture>,
+    /// By area in object space and luminance.
+    pub(super) triangles: Distribution,
+    /// In object space.
+    pub(super) extent: Extent,
+    /// The mean luminance over the mesh.
+    pub(super) luminance: f64,
+}
+
+/// Meshes and images are equal if they are one in memory, and then so is what follows from them.
+impl PartialEq for MeshEmitter {
+    fn eq(&self, other: &MeshEmitter) -> bool {
+        self.is_of(&other.mesh, other.texture.as_ref()) && self.luminance == other.luminance
+    }
+}
+
+/// Places along each edge of a triangle where its texture is looked up.
+const LOOKS: u32 = 3;
+
+/// The part of the whole texture's mean that every triangle has at least, as light may lie between the places.
+const EVERYWHERE: f64 = 0.1;
+
+impl MeshEmitter {
+    /// A mesh that shines by a texture of some mean luminance, or by one color of that; none if no triangle has an area.
+    pub(super) fn new(mesh: &Arc<TriangleMesh>, texture: Option<&Texture>, mean: f64) -> Option<MeshEmitter> {
+        let place = |i: u32| (i as f32 + 0.5) / LOOKS as f32;
+        let brightness = |triangle: usize| {
+            let Some(texture) = texture else { return mean };
+            let look = |i: u32| {
+                let place = [place(i % LOOKS), place(i / LOOKS)];
+                f64::from(luminance(texture.evaluate(mesh.sample_area(triangle, place).local.uv)))
+            };
+            let seen: f64 = (0..LOOKS * LOOKS).map(look).sum::<f64>() / f64::from(LOOKS * LOOKS);
+            EVERYWHERE * mean + (1.0 - EVERYWHERE) * seen
+        };
+        let triangles = 0..mesh.triangles.len();
+        let fluxes: Vec<f64> = triangles.map(|triangle| mesh.area(triangle) * brightness(triangle)).collect();
+        let extent = extent_of_mesh(mesh, &Affine::IDENTITY);
+        Some(MeshEmitter {
+            mesh: mesh.clone(),
+            texture: texture.cloned(),
+            triangles: Distribution::new(&fluxes)?,
+            extent,
+            luminance: fluxes.iter().sum::<f64>() / extent.area,
+        })
+    }
+
+    /// Whether it is of this mesh and this texture.
+    pub(super) fn is_of(&self, mesh: &Arc<TriangleMesh>, texture: Option<&Texture>) -> bool {
+        let same_texture = match (&self.texture, texture) {
+            (Some(a), Some(b)) => a.is_same(b),
+            (a, b) => a.is_none() && b.is_none(),
+        };
+        same_texture && Arc::ptr_eq(&self.mesh, mesh)
+    }
+}
+
+/// The extent of a mapped mesh. A map that mirrors turns triangles over, but not their normals.
+pub(super) fn extent_of_mesh(mesh: &TriangleMesh, map: &Affine) -> Extent {
+    let side = if map.mirrors() { -0.5 } else { 0.5 };
+    let area = |triangle: usize| {
+        let [a, b, c] = mesh.corners(triangle);
+        let (ab, ac) = (map.vector(b - a).as_dvec3(), map.vector(c - a).as_dvec3());
+        ab.cross(ac) * side
+    };
+    let areas = || (0..mesh.triangles.len()).map(area);
+    let (sum, total) = areas().fold((DVec3::ZERO, 0.0), |(sum, total), area| (sum + area, total + area.length()));
+    let Some(axis) = sum.try_normalize() else { return Extent { area: total, normals: Cone::SPHERE } };
+    let cosine = areas().filter_map(DVec3::try_normalize).map(|normal| normal.dot(axis)).fold(1.0, f64::min);
+    let angle = math::acos((cosine as f32).clamp(-1.0, 1.0));
+    // Rounding turns normals of slivers; nothing wider than this is worth telling from a ball.
+    let normals = if angle < 3.0 { Cone { axis: axis.as_vec3(), angle: angle + 1e-3 } } else { Cone::SPHERE };
+    Extent { area: total, normals }
+}
