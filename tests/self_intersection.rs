@@ -2,9 +2,10 @@
 
 use std::f64::consts::FRAC_1_PI;
 
+use brewster_wavefront::queues::RaySource;
 use glam::{DVec2, DVec3};
 
-use crate::scene::{parse, picture};
+use crate::scene::{parse, picture, render};
 
 /// How far from the origin along every axis. The scenes' places are multiples of 1/128 m, the step of f32 at 100 km, so that
 /// moving them is exact.
@@ -42,6 +43,26 @@ fn a_wall_has_no_specks() {
                     assert!(error < 1e-3, "{wall} at {offset}, {elevation}°, {place}: {color} instead of {expected}");
                 }
             }
+        }
+    }
+}
+
+/// What a mirror without end reflects meets it no more, even where it was met at a ten-thousandth of a degree.
+#[test]
+fn an_endless_mirror_is_met_once() {
+    for height in [0.01, 1.0, 1000.0] {
+        for normal in ["(0, 1, 0)", "(0.02, 1, 0)", "(0.3, 1, 0.0001)"] {
+            let text = format!(
+                "Scene(
+                    settings: (resolution: (200, 200), max_depth: 3, samples: 1),
+                    camera: Perspective(eye: (0, {height}, 0), target: (0, {height}, -100), vfov: 0.04),
+                    entities: [(shape: Plane(normal: {normal}), material: Metal(r0: 1))],
+                )"
+            );
+            let stats = render(&parse(&text)).1;
+            let reflections = stats.of_source(RaySource::Reflection);
+            assert!(reflections.traced() > 15_000, "{normal} from {height}: {} reflections", reflections.traced());
+            assert_eq!(reflections.hits, 0, "{normal} from {height}");
         }
     }
 }
