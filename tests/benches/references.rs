@@ -8,7 +8,7 @@ use std::time::Instant;
 use brewster_tests::agreement::{REFERENCES, agreement};
 
 /// Independent pictures of a scene.
-const SEEDS: u64 = 16;
+const SEEDS: u64 = 64;
 
 fn main() {
     let asked: Vec<String> = std::env::args().skip(1).filter(|argument| !argument.starts_with('-')).collect();
@@ -18,11 +18,11 @@ fn main() {
     let mut failures = 0;
     for name in REFERENCES.iter().filter(|&&name| asked.is_empty() || asked.iter().any(|asked| asked == name)) {
         let start = Instant::now();
-        let mut samples = 64;
+        let mut samples = 16;
         let found = loop {
             let found = agreement(name, SEEDS, samples, threads);
             // The error falls with the root of the samples; a tenth more, as it is itself uncertain.
-            if found.error_ratio <= 1.0 || samples >= 1 << 14 {
+            if found.error_ratio <= 1.0 || samples >= 1 << 12 {
                 break found;
             }
             samples = (f64::from(samples) * found.error_ratio.powi(2) * 1.1).ceil() as u32;
