@@ -41,6 +41,10 @@ const FALSE_ALARMS: f64 = 0.01;
 pub struct Agreement {
     /// The largest |z| of a block and channel.
     pub worst: f64,
+    /// The corner of that block in pixels, from the top left.
+    pub worst_at: [usize; 2],
+    /// There, our radiance and Mitsuba's.
+    pub worst_values: [f64; 2],
     /// What it must stay below.
     pub bound: f64,
     /// Difference of the mean over the whole picture, as a part of it.
@@ -152,9 +156,9 @@ pub fn agreement(name: &str, seeds: u64, samples: u32, threads: usize) -> Agreem
         }
     }
     let seeds = seeds as f64;
-    let (mut worst, mut exact_differ, mut ratios) = (0.0f64, 0, Vec::new());
+    let (mut worst, mut exact_differ, mut ratios) = ((0.0f64, 0, [0.0; 2]), 0, Vec::new());
     let (mut our_sum, mut their_sum) = (0.0, 0.0);
-    for (([sum, squares], &their), &their_error) in sums.iter().zip(&theirs).zip(&their_errors) {
+    for (place, (([sum, squares], &their), &their_error)) in sums.iter().zip(&theirs).zip(&their_errors).enumerate() {
         let our = sum / seeds;
         let our_error = ((squares / seeds - our * our).max(0.0) / (seeds - 1.0)).sqrt();
         our_sum += our;
@@ -163,13 +167,25 @@ pub fn agreement(name: &str, seeds: u64, samples: u32, threads: usize) -> Agreem
             exact_differ += usize::from((our - their).abs() > (1e-4 * their).max(1e-6));
             continue;
         }
-        worst = worst.max((our - their).abs() / our_error.hypot(their_error));
+        let z = (our - their).abs() / our_error.hypot(their_error);
+        if z > worst.0 {
+            worst = (z, place / 3, [our, their]);
+        }
         ratios.push(our_error / their_error);
     }
     ratios.sort_by(f64::total_cmp);
     let bound = normal_quantile(1.0 - 0.5 * FALSE_ALARMS / theirs.len() as f64);
     let error_ratio = ratios.get(ratios.len() / 2).copied().unwrap_or(0.0);
-    Agreement { worst, bound, mean: our_sum / their_sum - 1.0, error_ratio, exact_differ }
+    let across = size[0] / BLOCK;
+    Agreement {
+        worst: worst.0,
+        worst_at: [worst.1 % across * BLOCK, worst.1 / across * BLOCK],
+        worst_values: worst.2,
+        bound,
+        mean: our_sum / their_sum - 1.0,
+        error_ratio,
+        exact_differ,
+    }
 }
 
 /// The number below which a standard normal variable lies with a probability in ½..1: by bisection of the tail's continued

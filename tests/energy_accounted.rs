@@ -54,13 +54,7 @@ fn stats(scene: &SceneBuffers, threads: usize) -> Stats {
 
 /// A depth's counts and energies, over its queues.
 fn sums(stats: &Stats) -> Vec<(Vec<Counts>, Ledger)> {
-    let ledger = |counts: &[Counts]| {
-        counts.iter().fold(Ledger::default(), |mut sum, counts| {
-            sum.merge(&counts.ledger);
-            sum
-        })
-    };
-    stats.depths.iter().map(|depth| (depth.counts.to_vec(), ledger(&depth.counts))).collect()
+    stats.depths.iter().map(|depth| (depth.counts.to_vec(), depth.ledger())).collect()
 }
 
 #[test]

@@ -13,8 +13,10 @@ const SEEDS: u64 = 64;
 fn main() {
     let asked: Vec<String> = std::env::args().skip(1).filter(|argument| !argument.starts_with('-')).collect();
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
-    println!("| scene | samples a pixel | largest z | bound | mean | our error / Mitsuba's | agrees | seconds |");
-    println!("| --- | --- | --- | --- | --- | --- | --- | --- |");
+    println!(
+        "| scene | samples a pixel | largest z | at (ours, Mitsuba's) | bound | mean | our error / Mitsuba's | agrees | seconds |"
+    );
+    println!("| --- | --- | --- | --- | --- | --- | --- | --- | --- |");
     let mut failures = 0;
     for name in REFERENCES.iter().filter(|&&name| asked.is_empty() || asked.iter().any(|asked| asked == name)) {
         let start = Instant::now();
@@ -29,9 +31,12 @@ fn main() {
         };
         failures += usize::from(!found.holds());
         println!(
-            "| {name} | {} | {:.2} | {:.2} | {:+.3} % | {:.2} | {} | {:.0} |",
+            "| {name} | {} | {:.2} | {:?} ({:.5}, {:.5}) | {:.2} | {:+.3} % | {:.2} | {} | {:.0} |",
             SEEDS * u64::from(samples),
             found.worst,
+            found.worst_at,
+            found.worst_values[0],
+            found.worst_values[1],
             found.bound,
             100.0 * found.mean,
             found.error_ratio,

@@ -6,6 +6,7 @@
 
 use std::time::Duration;
 
+use brewster_wavefront::ledger::Ledger;
 use brewster_wavefront::queues::RaySource;
 use brewster_wavefront::{Counts, Stage, Stats};
 use brewster_world::{FlattenReport, RowEdits, TopTreeEdit};
@@ -69,7 +70,16 @@ struct SampleStats {
 #[derive(Clone, Debug, Serialize)]
 struct DepthStats {
     depth: u32,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    energy: Option<EnergyStats>,
     queues: Named<QueueStats>,
+}
+
+/// Energy in camera rays' weights, by channel.
+#[derive(Clone, Debug, Serialize)]
+struct EnergyStats {
+    z: [f64; 3],
+    entries: Named<[f64; 3]>,
 }
 
 #[derive(Clone, Debug, Serialize)]
@@ -83,6 +93,9 @@ struct QueueStats {
     totally_reflected: u64,
     cut_by_depth: u64,
     below_threshold: u64,
+    given_up: u64,
+    absorbed: u64,
+    branched: u64,
     shadow_rays: u64,
     shadowed: u64,
     shadow_segments: u64,
@@ -91,6 +104,8 @@ struct QueueStats {
 
 #[derive(Clone, Debug, Serialize)]
 struct TotalStats {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    energy: Option<EnergyStats>,
     rays: u64,
     primary: u64,
     reflection: u64,
@@ -189,9 +204,14 @@ impl StatsFile {
             settings: SettingsStats::new(render),
             samples: SampleStats { asked: samples.asked, least: samples.least, most: samples.most },
             depths: (stats.depths.iter().zip(0..))
-                .map(|(at, depth)| DepthStats { depth, queues: by_source(|source| queue(&at.counts[source as usize])) })
+                .map(|(at, depth)| DepthStats {
+                    depth,
+                    energy: energy(&at.ledger()),
+                    queues: by_source(|source| queue(&at.counts[source as usize])),
+                })
                 .collect(),
             totals: TotalStats {
+                energy: energy(&stats.ledger()),
                 rays: stats.rays(),
                 primary: traced(RaySource::Primary),
                 reflection: traced(RaySource::Reflection),
@@ -278,6 +298,12 @@ impl TimeStats {
     }
 }
 
+/// What a ledger says; nothing where none was kept.
+fn energy(ledger: &Ledger) -> Option<EnergyStats> {
+    let entries = || ledger.entries().map(|(name, energy)| (name, energy.value())).collect();
+    (*ledger != Ledger::default()).then(|| EnergyStats { z: ledger.z(), entries: entries() })
+}
+
 fn queue(counts: &Counts) -> QueueStats {
     QueueStats {
         traced: counts.traced(),
@@ -289,6 +315,9 @@ fn queue(counts: &Counts) -> QueueStats {
         totally_reflected: counts.totally_reflected,
         cut_by_depth: counts.cut_by_depth,
         below_threshold: counts.below_threshold,
+        given_up: counts.given_up,
+        absorbed: counts.absorbed,
+        branched: counts.branched,
         shadow_rays: counts.shadow_rays,
         shadowed: counts.shadowed,
         shadow_segments: counts.shadow_segments,

@@ -196,6 +196,15 @@ pub struct DepthStats {
     pub times: [[Duration; Stage::ALL.len()]; RaySource::ALL.len()],
 }
 
+impl DepthStats {
+    /// Where the energy of all queues' rays went.
+    pub fn ledger(&self) -> Ledger {
+        let mut sum = Ledger::default();
+        self.counts.iter().for_each(|counts| sum.merge(&counts.ledger));
+        sum
+    }
+}
+
 /// One stretch of time spent in a stage, for a timeline.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Span {
@@ -249,6 +258,13 @@ impl Stats {
         for depth in &self.depths {
             sum.add(&depth.counts[source as usize]);
         }
+        sum
+    }
+
+    /// Where the energy of all rays went.
+    pub fn ledger(&self) -> Ledger {
+        let mut sum = Ledger::default();
+        self.depths.iter().for_each(|depth| sum.merge(&depth.ledger()));
         sum
     }
 

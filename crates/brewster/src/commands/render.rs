@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 
 use brewster::buffers::{Integrator, SamplerKind, Settings, ToneMapping};
 use brewster::film::{Display, Format, PngDepth, PngSettings, ToneMap, Window};
+use brewster::wavefront::ledger::{Energy, Ledger};
 use brewster::wavefront::queues::RaySource;
 use brewster::wavefront::{Control, Policy, Stage};
 use brewster::{Render, RenderOptions, Session, SettingsChoices, peak_memory, tree_time};
@@ -180,8 +181,8 @@ impl Arguments {
     pub(crate) fn options(&self) -> RenderOptions {
         let default = RenderOptions::default();
         let policy = match self.batch {
-            Some(rays) => Policy { batch: rays as usize, capacity: rays as usize, ..Policy::default() },
-            None => Policy::default(),
+            Some(rays) => Policy { batch: rays as usize, capacity: rays as usize, ledger: true, ..Policy::default() },
+            None => Policy { ledger: true, ..Policy::default() },
         };
         RenderOptions {
             camera: self.camera.clone(),
@@ -299,6 +300,33 @@ fn rate(render: &Render<'_>) -> f64 {
     if seconds > 0.0 { render.stats().rays() as f64 / seconds * 1e-6 } else { 0.0 }
 }
 
+/// Says where the energy went that camera rays set out with, the mean of the channels.
+fn energy(ledger: &Ledger, terminal: Terminal) {
+    let mean = |energy: Energy| energy.value().iter().sum::<f64>() / 3.0;
+    let launched = mean(ledger.entered) - mean(ledger.crossed) - mean(ledger.onward);
+    if launched <= 0.0 {
+        return;
+    }
+    terminal.say(format_args!("energy   of what camera rays set out with"));
+    let roulette = mean(ledger.roulette_removed) - mean(ledger.roulette_added);
+    let [x, y, z] = ledger.z();
+    let rows = [
+        ("escaped", mean(ledger.escaped), String::new()),
+        ("to emitters", mean(ledger.emitters), String::new()),
+        ("in surfaces", mean(ledger.absorbed), ", by theory".to_owned()),
+        ("in media", mean(ledger.volume), String::new()),
+        ("cut by depth", mean(ledger.cut), String::new()),
+        ("below surfaces", mean(ledger.below_surface), ", where shading normals point".to_owned()),
+        ("by roulette", roulette, ", zero in mean".to_owned()),
+        ("by sampling", mean(ledger.residual), format!(", zero in mean: {x:.1}, {y:.1}, {z:.1} standard errors")),
+    ];
+    for (name, part, note) in rows {
+        if part != 0.0 {
+            terminal.say(format_args!("  {name:16} {:>11.3}%{note}", 100.0 * part / launched));
+        }
+    }
+}
+
 /// Says what was done, in how much time and memory.
 fn summarize(render: &Render<'_>, terminal: Terminal, warnings: usize) {
     let stats = render.stats();
@@ -316,6 +344,7 @@ fn summarize(render: &Render<'_>, terminal: Terminal, warnings: usize) {
     for (queue, rays) in traced.into_iter().chain([("shadow", stats.total().shadow_segments)]) {
         terminal.say(format_args!("  {queue:16} {:>12}", count(rays)));
     }
+    energy(&stats.ledger(), terminal);
     let film = render.film();
     for (number, what) in [(film.rejected(), "that are no light, left out"), (film.saturated(), "too bright, cut off")]
     {

@@ -53,6 +53,38 @@ fn counts_add_up() {
     assert_eq!(stats["film"], serde_json::json!({"rejected": 0, "saturated": 0}));
 }
 
+/// A scene for the path integrator: a lamp and a gold ball in an even sky.
+const PATH: &str = r#"Scene(
+    settings: (integrator: Path, resolution: (24, 16), samples: 4, max_depth: 4),
+    camera: Perspective(eye: (0, 1.5, 6), target: (0, 1, 0), vfov: 36),
+    background: (0.2, 0.4, 0.9),
+    entities: [
+        (shape: Plane(normal: (0, 1, 0)), material: Lambert(albedo: 0.5)),
+        (shape: Sphere(radius: 1), material: Metal(of: "gold", roughness: 0.4), at: (0, 1, 0)),
+        (shape: Sphere(radius: 0.3), material: Emissive(radiance: 10), at: (2, 3, 1)),
+    ],
+)
+"#;
+
+#[test]
+fn energy_adds_up() {
+    let desk = Desk::new();
+    desk.write("scene.ron", PATH);
+    let stats = stats(&desk, "");
+    let entry = |energy: &Value, name: &str| energy["entries"][name][0].as_f64().expect("an energy");
+    let first = &stats["depths"][0]["energy"];
+    assert_eq!(entry(first, "entered"), f64::from(24 * 16 * 4));
+    let total = &stats["totals"]["energy"];
+    let ends = ["escaped", "emitters", "volume", "cut", "absorbed", "residual", "below_surface", "roulette_removed"];
+    let sum: f64 = ends.map(|end| entry(total, end)).iter().sum::<f64>() - entry(total, "roulette_added");
+    assert!((sum - f64::from(24 * 16 * 4)).abs() < 1e-3, "{sum}");
+    for name in total["entries"].as_object().expect("a map").keys() {
+        assert!(include_str!("../../README.md").contains(&format!("`{name}`")), "README.md does not name {name}");
+    }
+    let said = desk.run("render scene.ron").expect(0, "energy").err;
+    assert!(said.contains("escaped") && said.contains("in surfaces"), "{said}");
+}
+
 #[test]
 fn every_field_is_in_the_manual() {
     let manual = include_str!("../../README.md");

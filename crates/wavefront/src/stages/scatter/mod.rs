@@ -84,6 +84,8 @@ struct Arrival<'a> {
     geometric: Vec3,
     media: [MediaId; 2],
     view: Vec3,
+    /// Whether the surface lets light through.
+    transmits: bool,
 }
 
 /// Below the maximum depth, for each hit: a shadow ray toward a light and one toward the background, and a ray on, into one
@@ -120,8 +122,18 @@ pub fn scatter<Kind: Scatter>(
         let frame = Basis::around(normal);
         let stream = samples.stream(&context.sampler, ray.sample, ray.branch);
         let view = frame.to_local(-direction);
-        let arrival =
-            Arrival { context, ray, hit, depth: onward.depth, stream, frame, geometric, media: sides.media, view };
+        let arrival = Arrival {
+            context,
+            ray,
+            hit,
+            depth: onward.depth,
+            stream,
+            frame,
+            geometric,
+            media: sides.media,
+            view,
+            transmits: Kind::TRANSMITS,
+        };
         if !surface.is_smooth() {
             arrival.toward_lights(&surface, onward.stacks, onward.shadows);
         }
@@ -183,7 +195,7 @@ impl Arrival<'_> {
     ) {
         let Some(light) = light else { return };
         let toward = self.frame.to_local(light.direction);
-        if !self.is_on_its_side(light.direction, toward) {
+        if !self.is_open(light.direction, toward) {
             return;
         }
         let value = surface.evaluate(self.view, toward);
@@ -240,7 +252,7 @@ impl Arrival<'_> {
         };
         let ledger = self.context.albedos.is_some();
         let direction = self.frame.to_world(sample.direction);
-        if !self.is_on_its_side(direction, sample.direction) {
+        if !self.is_open(direction, sample.direction) {
             counts.absorbed += 1;
             if ledger {
                 counts.ledger.below_surface.add(scattered);
@@ -297,10 +309,11 @@ impl Arrival<'_> {
         self.depth < self.context.scene.settings.split_depth
     }
 
-    /// Whether the geometric normal and the shading normal agree on which side of the surface a direction points to.
+    /// Whether light may go this way: what shading normals send below an opaque surface is dropped. Through others it goes
+    /// on, on the side where it is.
     #[inline(always)]
-    fn is_on_its_side(&self, direction: Vec3, local: Vec3) -> bool {
-        (direction.dot(self.geometric) > 0.0) == (local.z > 0.0)
+    fn is_open(&self, direction: Vec3, local: Vec3) -> bool {
+        self.transmits || (direction.dot(self.geometric) > 0.0) == (local.z > 0.0)
     }
 
     /// The media around a ray that leaves the surface.
