@@ -104,8 +104,7 @@ impl<'a> Recursion<'a> {
         let highlight = |toward: DVec3| r0 * specular * optics::highlight(toward, mirror, material.exponent);
         let mut radiance = self.lights(at, Side::Viewer, at.media, highlight);
         let cos_i = -at.normal.dot(at.ray.direction);
-        let (eta, k) = (material.eta.as_dvec3(), material.k.as_dvec3());
-        let reflectance = optics::metal(material.fresnel, cos_i.into(), at.media.index(), r0, (eta, k));
+        let reflectance = optics::metal(&material, cos_i.into(), at.media.index(), r0);
         radiance += self.follow(at, direction, at.media, reflectance);
         radiance
     }

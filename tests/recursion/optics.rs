@@ -2,7 +2,7 @@
 //!
 //! Directions are those that the tracer's own functions give, in f32, each checked here against the law it has to obey.
 
-use brewster_buffers::Dielectric;
+use brewster_buffers::{Dielectric, Metal};
 use brewster_geometry::SurfacePoint;
 use brewster_optics::fresnel::FresnelModel;
 use brewster_optics::refraction;
@@ -80,11 +80,12 @@ pub(crate) fn split(surface: &Dielectric, direction: Vec3, point: &SurfacePoint,
     Split { reflectance, refracted: (reflectance < 1.0).then_some(refracted) }
 }
 
-/// A metal's reflectance, per channel; `eta_i` is the index of the medium before it.
-pub(crate) fn metal(model: FresnelModel, cos_i: f64, eta_i: f32, r0: DVec3, (eta, k): (DVec3, DVec3)) -> DVec3 {
-    let channel = |c: usize| match model {
+/// A metal's reflectance, per channel; `eta_i` is the index of the medium before it, `r0` the color at normal incidence.
+pub(crate) fn metal(surface: &Metal, cos_i: f64, eta_i: f32, r0: DVec3) -> DVec3 {
+    let (eta, k, f82) = (surface.eta.as_dvec3(), surface.k.as_dvec3(), surface.f82.as_dvec3());
+    let channel = |c: usize| match surface.fresnel {
         FresnelModel::Exact => textbook::conductor(cos_i, DVec2::new(eta[c], k[c]) / f64::from(eta_i)),
-        FresnelModel::Schlick | FresnelModel::SchlickThetaM => textbook::schlick(cos_i, r0[c]),
+        FresnelModel::Schlick | FresnelModel::SchlickThetaM => textbook::tinted_schlick(cos_i, r0[c], f82[c]),
     };
     DVec3::new(channel(0), channel(1), channel(2))
 }
