@@ -124,7 +124,7 @@ codes! {
     Singular = "singular-transform",
     /// Parts of an entity that do not go together.
     Composition = "composition",
-    /// Something that the integrator does not render.
+    /// Something that the integrator does not render, or makes nothing of.
     Integrator = "integrator",
     /// A mesh file that cannot be used.
     Mesh = "mesh",

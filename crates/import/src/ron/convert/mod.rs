@@ -167,7 +167,14 @@ pub(crate) fn light(session: &mut Session, light: &Spanned<schema::Light>) -> Op
             outer_angle: outer_angle.to_radians(),
             falloff: falloff(with),
         },
-        schema::Light::Ambient { radiance } => world::Light::Ambient { radiance: radiance.0 },
+        schema::Light::Ambient { radiance } => {
+            if session.integrator == parts::Integrator::Path {
+                let message = "the integrator Path makes nothing of ambient light, which is for Phong materials";
+                let warning = session.sources.warning(Code::Integrator, light.span, message);
+                session.found.push(warning.help("a background lights what is around"));
+            }
+            world::Light::Ambient { radiance: radiance.0 }
+        }
     })
 }
 
