@@ -58,6 +58,34 @@ pub fn rough_dielectric(view: DVec3, alpha: [f64; 2], eta_i: f64, eta_t: f64) ->
     Albedo { reflected: both.x, transmitted: both.y }
 }
 
+/// What a [`sheen`](crate::sheen) of color 1 reflects of the light at a cosine.
+pub fn sheen(cosine: f64, alpha: f64) -> f64 {
+    let view = at_cosine(cosine);
+    let lambda = |cosine: f64| {
+        let part = (1.0 - alpha).powi(2);
+        let mixed = |rough: f64, fine: f64| rough + (fine - rough) * part;
+        let (a, b, c) = (mixed(21.5473, 25.3245), mixed(3.82987, 3.32435), mixed(0.19823, 0.16801));
+        let (d, e) = (mixed(-1.9776, -1.27393), mixed(-4.32054, -4.85967));
+        let fit = |x: f64| a / (1.0 + b * x.powf(c)) + d * x + e;
+        if cosine < 0.5 { fit(cosine).exp() } else { (2.0 * fit(0.5) - fit(1.0 - cosine)).exp() }
+    };
+    let fitted = 1.0 + lambda(cosine);
+    // Over lights by cosθ = t², as the lobe rises towards the horizon.
+    gauss(0.0, 1.0, PANELS / 2)
+        .map(|(root, width)| {
+            let light_z = root * root;
+            let sine = (1.0 - light_z * light_z).sqrt();
+            let visible = 1.0 / ((fitted + lambda(light_z)) * 4.0 * cosine);
+            let ring = (0..STEPS).map(|step| {
+                let (y, x) = ((step as f64 + 0.5) * TAU / STEPS as f64).sin_cos();
+                let half = (DVec3::new(sine * x, sine * y, light_z) + view).normalize();
+                (2.0 + 1.0 / alpha) * half.truncate().length().powf(1.0 / alpha) / TAU
+            });
+            ring.sum::<f64>() * TAU / STEPS as f64 * visible * 2.0 * root * width
+        })
+        .sum()
+}
+
 /// The mean of a directional albedo `E(cosθ)` over all directions of even light, `2 ∫ E(μ) μ dμ`.
 pub fn average(directional: impl Fn(f64) -> f64) -> f64 {
     gauss(0.0, 1.0, PANELS / 4).map(|(cosine, weight)| 2.0 * cosine * weight * directional(cosine)).sum()

@@ -6,7 +6,7 @@
 //! [`albedo_table::reflected`] of a rough coat) and `T(w) = 1 - R(w)`: what a rough coat loses between its facets goes on
 //! to the base.
 //!
-//! **Over a diffuse base** ([`CoatedDiffuse`]), as in Mitsuba's `plastic`: light enters by T(light), is scattered evenly,
+//! **Over a diffuse base** ([`CoatedDiffuse`]), as in Mitsuba's `plastic` with `nonlinear`: light enters by T(light), is scattered evenly,
 //! leaves by T(view), and of what meets the coat from below R̄ᵢ comes back to the base, again and again:
 //! `f = f_coat + T(view) T(light)/(π η²) · ρ/(1 - ρ R̄ᵢ)`, with `1 - R̄ᵢ = T̄/η²` by reciprocity. With ρ = 1 nothing is
 //! lost.
@@ -121,7 +121,7 @@ impl CoatedDiffuse {
         let cosine = warp::cosine_hemisphere_pdf(light);
         let f_cos = coat.f_cos + self.base * (enters * leaves / self.average * cosine);
         let chance = self.chance(1.0 - enters);
-        LobeValue { f_cos, pdf: cosine + chance * (coat.pdf - cosine), ..LobeValue::BLACK }
+        LobeValue { f_cos, pdf: chance * coat.pdf + (1.0 - chance) * cosine, ..LobeValue::BLACK }
     }
 
     /// A direction from the highlight or the base, `choice` a random number like both of `u`.
@@ -184,7 +184,7 @@ impl CoatedMetal {
             self.seen.reflection(view, light, |cos_i| self.through(cos_i, above, beyond, &fresnel))
         };
         let chance = self.chance(view.z, above, &fresnel);
-        let pdf = base.pdf + chance * (coat.pdf - base.pdf);
+        let pdf = chance * coat.pdf + (1.0 - chance) * base.pdf;
         LobeValue { f_cos: coat.f_cos + base.f_cos, pdf, ..LobeValue::BLACK }
     }
 

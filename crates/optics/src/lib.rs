@@ -16,6 +16,8 @@
 //! | metals by color: F82-tint, edge tint | [`conductor`] |
 //! | plastic and car paint: a coat over diffuse, over metal | [`layered`] |
 //! | light of further facets, energy kept | [`multiple`] |
+//! | glTF's metallic-roughness material, with clearcoat and sheen | [`principled`] |
+//! | velvet: the sheen of cloth | [`sheen`] |
 //! | what a rough surface reflects in all: by theory, by table | [`albedo`], [`albedo_table`] |
 //! | the frame of a lobe, weights and densities | [`lobe`], [`basis`] |
 //! | from the unit square to disks, hemispheres, cones, triangles | [`warp`] |
@@ -85,8 +87,10 @@ pub mod metals;
 pub mod microfacet;
 pub mod multiple;
 pub mod phong;
+pub mod principled;
 pub mod refraction;
 pub mod rough_diffuse;
+pub mod sheen;
 pub mod spectrum;
 pub mod thin_film;
 pub mod warp;

@@ -50,7 +50,7 @@ impl CompensatedMirror {
         let loss = self.loss(view);
         let further = self.color * (loss * self.loss(light) / self.average_loss * cosine);
         let chance = self.chance(loss);
-        let pdf = single.pdf + chance * (cosine - single.pdf);
+        let pdf = chance * cosine + (1.0 - chance) * single.pdf;
         LobeValue { f_cos: single.f_cos + further, pdf, ..LobeValue::BLACK }
     }
 
