@@ -80,7 +80,7 @@ pub fn load(name: &str) -> SceneBuffers {
 }
 
 /// Means over blocks, channel after channel within a block.
-type Blocks = Vec<f64>;
+pub type Blocks = Vec<f64>;
 
 /// Averages over blocks; `value` gives a pixel's three channels.
 fn blocks([width, height]: [usize; 2], value: impl Fn(usize, usize) -> [f64; 3]) -> Blocks {
@@ -140,6 +140,32 @@ fn ours(scene: &SceneBuffers, threads: usize) -> Blocks {
     blocks([width, size.y as usize], |x, y| picture.pixels.get(y * width + x).color.map(f64::from))
 }
 
+/// Means over blocks of a scene's picture, and their standard errors, from the spread of `seeds` independent pictures.
+pub fn estimate(scene: &SceneBuffers, seeds: u64, threads: usize) -> (Blocks, Blocks) {
+    let mut scene = scene.clone();
+    let mut sums: Vec<[f64; 2]> = Vec::new();
+    for seed in 0..seeds {
+        scene.settings.seed = 1 + seed;
+        let blocks = ours(&scene, threads);
+        sums.resize(blocks.len(), [0.0; 2]);
+        for ([sum, squares], value) in sums.iter_mut().zip(blocks) {
+            *sum += value;
+            *squares += value * value;
+        }
+    }
+    let seeds = seeds as f64;
+    let mean = |&[sum, squares]: &[f64; 2]| {
+        let mean = sum / seeds;
+        (mean, ((squares / seeds - mean * mean).max(0.0) / (seeds - 1.0)).sqrt())
+    };
+    sums.iter().map(mean).unzip()
+}
+
+/// What |z| of `count` comparisons stays below but for false alarms.
+pub fn bound(count: usize) -> f64 {
+    normal_quantile(1.0 - 0.5 * FALSE_ALARMS / count as f64)
+}
+
 /// Renders a reference scene with `seeds` seeds of `samples` samples a pixel each, and compares.
 pub fn agreement(name: &str, seeds: u64, samples: u32, threads: usize) -> Agreement {
     let mut scene = load(name);
@@ -147,45 +173,36 @@ pub fn agreement(name: &str, seeds: u64, samples: u32, threads: usize) -> Agreem
     assert_eq!(scene.settings.resolution.as_usizevec2().to_array(), size, "{name}");
     scene.settings.samples = samples;
     scene.settings.sampler = SamplerKind::Independent;
-    let mut sums = vec![[0.0; 2]; theirs.len()];
-    for seed in 0..seeds {
-        scene.settings.seed = seed;
-        for ([sum, squares], value) in sums.iter_mut().zip(ours(&scene, threads)) {
-            *sum += value;
-            *squares += value * value;
-        }
-    }
-    let seeds = seeds as f64;
-    let (mut worst, mut exact_differ, mut ratios) = ((0.0f64, 0, [0.0; 2]), 0, Vec::new());
-    let (mut our_sum, mut their_sum) = (0.0, 0.0);
-    for (place, (([sum, squares], &their), &their_error)) in sums.iter().zip(&theirs).zip(&their_errors).enumerate() {
-        let our = sum / seeds;
-        let our_error = ((squares / seeds - our * our).max(0.0) / (seeds - 1.0)).sqrt();
-        our_sum += our;
-        their_sum += their;
+    let (ours, our_errors) = estimate(&scene, seeds, threads);
+    let across = size[0] / BLOCK;
+    let mut found = Agreement {
+        worst: 0.0,
+        worst_at: [0; 2],
+        worst_values: [0.0; 2],
+        bound: bound(theirs.len()),
+        mean: ours.iter().sum::<f64>() / theirs.iter().sum::<f64>() - 1.0,
+        error_ratio: 0.0,
+        exact_differ: 0,
+    };
+    let mut ratios = Vec::new();
+    for (place, (our, their)) in ours.iter().zip(&theirs).enumerate() {
+        let (our_error, their_error) = (our_errors[place], their_errors[place]);
         if their_error == 0.0 {
-            exact_differ += usize::from((our - their).abs() > (1e-4 * their).max(1e-6));
+            found.exact_differ += usize::from((our - their).abs() > (1e-4 * their).max(1e-6));
             continue;
         }
         let z = (our - their).abs() / our_error.hypot(their_error);
-        if z > worst.0 {
-            worst = (z, place / 3, [our, their]);
+        if z > found.worst {
+            let block = place / 3;
+            found.worst = z;
+            found.worst_at = [block % across * BLOCK, block / across * BLOCK];
+            found.worst_values = [*our, *their];
         }
         ratios.push(our_error / their_error);
     }
     ratios.sort_by(f64::total_cmp);
-    let bound = normal_quantile(1.0 - 0.5 * FALSE_ALARMS / theirs.len() as f64);
-    let error_ratio = ratios.get(ratios.len() / 2).copied().unwrap_or(0.0);
-    let across = size[0] / BLOCK;
-    Agreement {
-        worst: worst.0,
-        worst_at: [worst.1 % across * BLOCK, worst.1 / across * BLOCK],
-        worst_values: worst.2,
-        bound,
-        mean: our_sum / their_sum - 1.0,
-        error_ratio,
-        exact_differ,
-    }
+    found.error_ratio = ratios.get(ratios.len() / 2).copied().unwrap_or(0.0);
+    found
 }
 
 /// The number below which a standard normal variable lies with a probability in ½..1: by bisection of the tail's continued

@@ -9,6 +9,7 @@
 //! - `layers`: crates depend on each other as the architecture page says, and on nothing else.
 //! - `memory_bounded`: a split tree of any depth stays within the memory that the queues' page states.
 //! - `path_furnace`: the path integrator sees nothing in even light that absorbs nothing.
+//! - `policies_agree`: splitting, choosing, roulette, samplers and integrators agree in mean.
 //! - `recursion_agrees`: the queues compute what a plain recursion of the lecture's algorithm computes.
 //! - `references_are_whole`: every reference scene can be read, without a warning, and has its picture beside it.
 //! - `self_intersection`: no specks and no leaks, at the origin and far from it.
@@ -27,6 +28,7 @@ mod furnace;
 mod layers;
 mod memory_bounded;
 mod path_furnace;
+mod policies_agree;
 mod recursion;
 mod recursion_agrees;
 mod references_are_whole;

@@ -1,0 +1,106 @@
+//! Whether glass splits paths or chooses, and which integrator follows them, is a question of noise alone.
+
+use brewster_buffers::{Integrator, SamplerKind, SceneBuffers};
+use brewster_tests::agreement::{bound, estimate};
+
+use crate::scene::parse;
+
+/// Glass, one ball of it in another, and metals under a sky; `floor` stands in the middle of an entity.
+fn scene(floor: &str) -> SceneBuffers {
+    parse(&format!(
+        r#"Scene(
+            settings: (integrator: Path, resolution: (48, 32), max_depth: 8, samples: 16, filter: Box),
+            camera: Perspective(eye: (0, 1.5, 6), target: (0, 0.8, 0), vfov: 36),
+            background: Gradient(horizon: (1, 0.9, 0.8), zenith: (0.2, 0.4, 0.9), ground: 0.2),
+            entities: [
+                (shape: Quad(size: (12, 12)), {floor}, rotate: (x: -90)),
+                (shape: Sphere(radius: 0.8), material: Dielectric(ior: 1.5, absorption: (0.5, 0.1, 0.3)), at: (-1, 0.8, 0)),
+                (shape: Sphere(radius: 0.4), material: Dielectric(ior: 1.33, priority: 1), at: (-1, 0.8, 0)),
+                (shape: Sphere(radius: 0.8), material: Metal(of: "gold"), at: (1, 0.8, 0)),
+                (shape: Box(size: (0.6, 0.6, 0.6)), material: Dielectric(ior: 1.7), at: (0.2, 0.35, 1.6), rotate: (y: 30)),
+            ],
+        )"#
+    ))
+}
+
+const DIFFUSE: &str = "material: Lambert(albedo: Checker(a: 0.2, b: 0.7, size: 0.125))";
+
+const MIRROR: &str = "material: Metal(r0: (0.8, 0.7, 0.6))";
+
+/// The largest z of all blocks and channels of two scenes' pictures, and its bound.
+fn compare(a: &SceneBuffers, b: &SceneBuffers) -> (f64, f64) {
+    const SEEDS: u64 = 40;
+    let ((a, a_errors), (b, b_errors)) = (estimate(a, SEEDS, 2), estimate(b, SEEDS, 2));
+    let errors = a_errors.iter().zip(&b_errors).map(|(a, b)| a.hypot(*b));
+    let z = a.iter().zip(&b).zip(errors).map(|((a, b), error)| if a == b { 0.0 } else { (a - b).abs() / error });
+    (z.fold(0.0, f64::max), bound(a.len()))
+}
+
+#[test]
+fn splitting_and_choosing_agree_at_any_depth() {
+    let mut choosing = scene(DIFFUSE);
+    choosing.settings.sampler = SamplerKind::Independent;
+    choosing.settings.split_depth = 0;
+    for split_depth in [1, 2, 8] {
+        let mut splitting = choosing.clone();
+        splitting.settings.split_depth = split_depth;
+        // Else both would take the same numbers.
+        splitting.settings.samples = 8;
+        let (worst, bound) = compare(&choosing, &splitting);
+        assert!(worst < bound, "split below {split_depth}: z = {worst:.2}, at most {bound:.2}");
+    }
+}
+
+#[test]
+fn roulette_changes_no_mean() {
+    let mut with = scene("material: Lambert(albedo: (0.1, 0.05, 0.02))");
+    with.settings.sampler = SamplerKind::Independent;
+    let mut without = with.clone();
+    without.settings.roulette = false;
+    without.settings.samples = 8;
+    let (worst, bound) = compare(&with, &without);
+    assert!(worst < bound, "z = {worst:.2}, at most {bound:.2}");
+}
+
+#[test]
+fn both_samplers_agree() {
+    let independent = SceneBuffers {
+        settings: brewster_buffers::Settings { sampler: SamplerKind::Independent, ..scene(DIFFUSE).settings },
+        ..scene(DIFFUSE)
+    };
+    let (worst, bound) = compare(&scene(DIFFUSE), &independent);
+    assert!(worst < bound, "z = {worst:.2}, at most {bound:.2}");
+}
+
+/// Mirrors and glass under a sky are the same to both: no light but the sky's, nothing that scatters it.
+#[test]
+fn both_integrators_agree_on_mirrors_and_glass() {
+    let path = scene(MIRROR);
+    let mut whitted = path.clone();
+    whitted.settings.integrator = Integrator::Whitted;
+    let (worst, bound) = compare(&path, &whitted);
+    assert!(worst < bound, "z = {worst:.2}, at most {bound:.2}");
+}
+
+/// Diffuse surfaces under lights without extent: `Whitted` at depth 0 and `Path` at depth 1 are direct light.
+#[test]
+fn both_integrators_have_the_same_direct_light() {
+    let path = parse(
+        r#"Scene(
+            settings: (integrator: Path, resolution: (48, 32), max_depth: 1, samples: 4, filter: Box),
+            camera: Perspective(eye: (0, 1.5, 6), target: (0, 0.8, 0), vfov: 36),
+            entities: [
+                (shape: Quad(size: (12, 12)), material: Lambert(albedo: (0.5, 0.6, 0.7)), rotate: (x: -90)),
+                (shape: Sphere(radius: 0.8), material: Lambert(albedo: 0.8), at: (-1, 0.8, 0)),
+                (light: Point(intensity: (20, 25, 30)), at: (1, 3, 2)),
+                (light: Spot(intensity: 40, inner_angle: 10, outer_angle: 25), at: (2, 4, 0), look_at: (1, 0, 0)),
+                (light: Directional(irradiance: (1, 0.9, 0.8)), at: (-1, 3, 1), look_at: (0, 0, 0)),
+            ],
+        )"#,
+    );
+    let mut whitted = path.clone();
+    whitted.settings.integrator = Integrator::Whitted;
+    whitted.settings.max_depth = 0;
+    let (worst, bound) = compare(&path, &whitted);
+    assert!(worst < bound, "z = {worst:.2}, at most {bound:.2}");
+}
