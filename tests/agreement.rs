@@ -1,6 +1,7 @@
 //! How a scene's picture agrees with one that Mitsuba 3 made of the same scene.
 //!
-//! Both pictures are averaged over blocks of 8 by 8 pixels. For each block and channel z is the difference over its standard
+//! Both pictures are averaged over blocks of 8 by 8 pixels (larger ones where samples are few: means of few samples of a
+//! caustic are not normally distributed). For each block and channel z is the difference over its standard
 //! error; theirs is stored with the picture, ours comes from the spread of independent seeds. All |z| stay below the bound
 //! that a set of so many exceeds by chance once in a hundred times (Bonferroni), and the means of the whole pictures differ by
 //! less than 0.3 %. A block that Mitsuba knows exactly agrees within 10⁻⁴ of itself.
@@ -31,7 +32,10 @@ pub const REFERENCES: [&str; 10] = [
 ];
 
 /// Width and height of a block in pixels.
-const BLOCK: usize = 8;
+pub type Block = [usize; 2];
+
+/// The block of a full comparison.
+pub const BLOCK: Block = [8, 8];
 
 /// How often a faultless tracer fails.
 const FALSE_ALARMS: f64 = 0.01;
@@ -83,23 +87,23 @@ pub fn load(name: &str) -> SceneBuffers {
 pub type Blocks = Vec<f64>;
 
 /// Averages over blocks; `value` gives a pixel's three channels.
-fn blocks([width, height]: [usize; 2], value: impl Fn(usize, usize) -> [f64; 3]) -> Blocks {
-    let mut means = Vec::with_capacity(3 * width * height / (BLOCK * BLOCK));
-    for top in (0..height).step_by(BLOCK) {
-        for left in (0..width).step_by(BLOCK) {
+fn blocks([width, height]: [usize; 2], [across, down]: Block, value: impl Fn(usize, usize) -> [f64; 3]) -> Blocks {
+    let mut means = Vec::with_capacity(3 * width * height / (across * down));
+    for top in (0..height).step_by(down) {
+        for left in (0..width).step_by(across) {
             let mut sum = [0.0; 3];
-            for (x, y) in (0..BLOCK * BLOCK).map(|i| (left + i % BLOCK, top + i / BLOCK)) {
+            for (x, y) in (0..across * down).map(|i| (left + i % across, top + i / across)) {
                 let value = value(x, y);
                 (0..3).for_each(|channel| sum[channel] += value[channel]);
             }
-            means.extend(sum.map(|sum| sum / (BLOCK * BLOCK) as f64));
+            means.extend(sum.map(|sum| sum / (across * down) as f64));
         }
     }
     means
 }
 
 /// Mitsuba's picture: means over blocks and their standard errors.
-fn reference(name: &str) -> ([usize; 2], Blocks, Blocks) {
+fn reference(name: &str, block: Block) -> ([usize; 2], Blocks, Blocks) {
     let path = folder().join(name).with_extension("exr");
     let image = read()
         .no_deep_data()
@@ -111,7 +115,7 @@ fn reference(name: &str) -> ([usize; 2], Blocks, Blocks) {
         .unwrap_or_else(|error| panic!("{}: {error}", path.display()));
     let layer = &image.layer_data;
     let size = [layer.size.0, layer.size.1];
-    assert!(size.iter().all(|side| side % BLOCK == 0), "{name} has no whole blocks");
+    assert!(size[0] % block[0] == 0 && size[1] % block[1] == 0, "{name} has no whole blocks");
     let channel = |name: &str| {
         let channel = layer.channel_data.list.iter().find(|channel| channel.name.eq(name));
         channel.unwrap_or_else(|| panic!("{} has no channel {name}", path.display()))
@@ -121,15 +125,15 @@ fn reference(name: &str) -> ([usize; 2], Blocks, Blocks) {
     let at = |channel: &exr::prelude::AnyChannel<exr::prelude::FlatSamples>, x: usize, y: usize| {
         f64::from(channel.sample_data.value_by_flat_index(y * size[0] + x).to_f32())
     };
-    let means = blocks(size, |x, y| color.map(|channel| at(channel, x, y)));
+    let means = blocks(size, block, |x, y| color.map(|channel| at(channel, x, y)));
     // The error of a mean of n pixels is the root of the mean square error over n.
-    let squares = blocks(size, |x, y| error.map(|channel| at(channel, x, y).powi(2)));
-    let errors = squares.iter().map(|square| (square / (BLOCK * BLOCK) as f64).sqrt()).collect();
+    let squares = blocks(size, block, |x, y| error.map(|channel| at(channel, x, y).powi(2)));
+    let errors = squares.iter().map(|square| (square / (block[0] * block[1]) as f64).sqrt()).collect();
     (size, means, errors)
 }
 
 /// Our picture with one seed.
-fn ours(scene: &SceneBuffers, threads: usize) -> Blocks {
+fn ours(scene: &SceneBuffers, block: Block, threads: usize) -> Blocks {
     let size = scene.settings.resolution;
     let mut film = Film::new(PixelOrder::new(size.x, size.y, None).expect("a small picture"));
     let mut renderer = Renderer::new(scene, 0, threads, Policy::default(), false).expect("the scene can be rendered");
@@ -137,16 +141,16 @@ fn ours(scene: &SceneBuffers, threads: usize) -> Blocks {
     assert_eq!((film.rejected(), film.saturated()), (0, 0), "light that is no number");
     let picture = film.resolve();
     let width = size.x as usize;
-    blocks([width, size.y as usize], |x, y| picture.pixels.get(y * width + x).color.map(f64::from))
+    blocks([width, size.y as usize], block, |x, y| picture.pixels.get(y * width + x).color.map(f64::from))
 }
 
 /// Means over blocks of a scene's picture, and their standard errors, from the spread of `seeds` independent pictures.
-pub fn estimate(scene: &SceneBuffers, seeds: u64, threads: usize) -> (Blocks, Blocks) {
+pub fn estimate(scene: &SceneBuffers, block: Block, seeds: u64, threads: usize) -> (Blocks, Blocks) {
     let mut scene = scene.clone();
     let mut sums: Vec<[f64; 2]> = Vec::new();
     for seed in 0..seeds {
         scene.settings.seed = 1 + seed;
-        let blocks = ours(&scene, threads);
+        let blocks = ours(&scene, block, threads);
         sums.resize(blocks.len(), [0.0; 2]);
         for ([sum, squares], value) in sums.iter_mut().zip(blocks) {
             *sum += value;
@@ -166,15 +170,21 @@ pub fn bound(count: usize) -> f64 {
     normal_quantile(1.0 - 0.5 * FALSE_ALARMS / count as f64)
 }
 
-/// Renders a reference scene with `seeds` seeds of `samples` samples a pixel each, and compares.
-pub fn agreement(name: &str, seeds: u64, samples: u32, threads: usize) -> Agreement {
+/// By how much Mitsuba's rays start off a surface, as a part of 1 + the largest of their coordinates: its `RayEpsilon` for
+/// single precision, 1500 x 2⁻²⁴.
+pub const MITSUBA_OFFSET: f32 = 1500.0 / (1 << 24) as f32;
+
+/// Renders a reference scene with `seeds` seeds of `samples` samples a pixel each, and compares. `offset` is the scene's
+/// `ray_offset`: 0, or [`MITSUBA_OFFSET`] to start rays where Mitsuba does.
+pub fn agreement(name: &str, offset: f32, block: Block, [seeds, samples]: [u32; 2], threads: usize) -> Agreement {
     let mut scene = load(name);
-    let (size, theirs, their_errors) = reference(name);
+    scene.settings.ray_offset = offset;
+    let (size, theirs, their_errors) = reference(name, block);
     assert_eq!(scene.settings.resolution.as_usizevec2().to_array(), size, "{name}");
     scene.settings.samples = samples;
     scene.settings.sampler = SamplerKind::Independent;
-    let (ours, our_errors) = estimate(&scene, seeds, threads);
-    let across = size[0] / BLOCK;
+    let (ours, our_errors) = estimate(&scene, block, u64::from(seeds), threads);
+    let across = size[0] / block[0];
     let mut found = Agreement {
         worst: 0.0,
         worst_at: [0; 2],
@@ -193,9 +203,9 @@ pub fn agreement(name: &str, seeds: u64, samples: u32, threads: usize) -> Agreem
         }
         let z = (our - their).abs() / our_error.hypot(their_error);
         if z > found.worst {
-            let block = place / 3;
+            let row = place / 3;
             found.worst = z;
-            found.worst_at = [block % across * BLOCK, block / across * BLOCK];
+            found.worst_at = [row % across * block[0], row / across * block[1]];
             found.worst_values = [*our, *their];
         }
         ratios.push(our_error / their_error);
@@ -234,7 +244,7 @@ mod tests {
 
     #[test]
     fn blocks_are_means_of_their_pixels() {
-        let means = blocks([16, 8], |x, y| [x as f64, y as f64, 1.0]);
+        let means = blocks([16, 8], BLOCK, |x, y| [x as f64, y as f64, 1.0]);
         assert_eq!(means, [3.5, 3.5, 1.0, 11.5, 3.5, 1.0]);
     }
 }

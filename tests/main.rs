@@ -11,6 +11,7 @@
 //! - `path_furnace`: the path integrator sees nothing in even light that absorbs nothing.
 //! - `policies_agree`: splitting, choosing, roulette, samplers and integrators agree in mean.
 //! - `recursion_agrees`: the queues compute what a plain recursion of the lecture's algorithm computes.
+//! - `references_agree`: ten scenes look as Mitsuba 3 renders them.
 //! - `references_are_whole`: every reference scene can be read, without a warning, and has its picture beside it.
 //! - `self_intersection`: no specks and no leaks, at the origin and far from it.
 //! - `stages_covered`: one picture uses every stage and every queue.
@@ -31,6 +32,7 @@ mod path_furnace;
 mod policies_agree;
 mod recursion;
 mod recursion_agrees;
+mod references_agree;
 mod references_are_whole;
 mod scene;
 mod self_intersection;

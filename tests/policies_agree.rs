@@ -1,7 +1,7 @@
 //! Whether glass splits paths or chooses, and which integrator follows them, is a question of noise alone.
 
 use brewster_buffers::{Integrator, SamplerKind, SceneBuffers};
-use brewster_tests::agreement::{bound, estimate};
+use brewster_tests::agreement::{BLOCK, bound, estimate};
 
 use crate::scene::parse;
 
@@ -9,7 +9,7 @@ use crate::scene::parse;
 fn scene(floor: &str) -> SceneBuffers {
     parse(&format!(
         r#"Scene(
-            settings: (integrator: Path, resolution: (48, 32), max_depth: 8, samples: 16, filter: Box),
+            settings: (integrator: Path, resolution: (48, 32), max_depth: 8, samples: 8, filter: Box),
             camera: Perspective(eye: (0, 1.5, 6), target: (0, 0.8, 0), vfov: 36),
             background: Gradient(horizon: (1, 0.9, 0.8), zenith: (0.2, 0.4, 0.9), ground: 0.2),
             entities: [
@@ -30,7 +30,7 @@ const MIRROR: &str = "material: Metal(r0: (0.8, 0.7, 0.6))";
 /// The largest z of all blocks and channels of two scenes' pictures, and its bound.
 fn compare(a: &SceneBuffers, b: &SceneBuffers) -> (f64, f64) {
     const SEEDS: u64 = 40;
-    let ((a, a_errors), (b, b_errors)) = (estimate(a, SEEDS, 2), estimate(b, SEEDS, 2));
+    let ((a, a_errors), (b, b_errors)) = (estimate(a, BLOCK, SEEDS, 2), estimate(b, BLOCK, SEEDS, 2));
     let errors = a_errors.iter().zip(&b_errors).map(|(a, b)| a.hypot(*b));
     let z = a.iter().zip(&b).zip(errors).map(|((a, b), error)| if a == b { 0.0 } else { (a - b).abs() / error });
     (z.fold(0.0, f64::max), bound(a.len()))
@@ -45,7 +45,7 @@ fn splitting_and_choosing_agree_at_any_depth() {
         let mut splitting = choosing.clone();
         splitting.settings.split_depth = split_depth;
         // Else both would take the same numbers.
-        splitting.settings.samples = 8;
+        splitting.settings.samples = 4;
         let (worst, bound) = compare(&choosing, &splitting);
         assert!(worst < bound, "split below {split_depth}: z = {worst:.2}, at most {bound:.2}");
     }
@@ -57,7 +57,7 @@ fn roulette_changes_no_mean() {
     with.settings.sampler = SamplerKind::Independent;
     let mut without = with.clone();
     without.settings.roulette = false;
-    without.settings.samples = 8;
+    without.settings.samples = 4;
     let (worst, bound) = compare(&with, &without);
     assert!(worst < bound, "z = {worst:.2}, at most {bound:.2}");
 }

@@ -1,17 +1,20 @@
 //! The ten reference scenes against Mitsuba's pictures, in full: `cargo bench -p brewster-tests --bench references [-- SCENE…]`.
+//! `-- offset SCENE…` starts rays as far off the surfaces as Mitsuba does.
 //!
 //! Prints one line a scene, and fails if one does not agree. Samples are as many as make our standard error no larger than
 //! Mitsuba's.
 
 use std::time::Instant;
 
-use brewster_tests::agreement::{REFERENCES, agreement};
+use brewster_tests::agreement::{BLOCK, MITSUBA_OFFSET, REFERENCES, agreement};
 
 /// Independent pictures of a scene.
-const SEEDS: u64 = 64;
+const SEEDS: u32 = 64;
 
 fn main() {
-    let asked: Vec<String> = std::env::args().skip(1).filter(|argument| !argument.starts_with('-')).collect();
+    let mut asked: Vec<String> = std::env::args().skip(1).filter(|argument| !argument.starts_with('-')).collect();
+    let offset = if asked.iter().any(|word| word == "offset") { MITSUBA_OFFSET } else { 0.0 };
+    asked.retain(|word| word != "offset");
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
     println!(
         "| scene | samples a pixel | largest z | at (ours, Mitsuba's) | bound | mean | our error / Mitsuba's | agrees | seconds |"
@@ -20,9 +23,9 @@ fn main() {
     let mut failures = 0;
     for name in REFERENCES.iter().filter(|&&name| asked.is_empty() || asked.iter().any(|asked| asked == name)) {
         let start = Instant::now();
-        let mut samples = 16;
+        let mut samples = 16u32;
         let found = loop {
-            let found = agreement(name, SEEDS, samples, threads);
+            let found = agreement(name, offset, BLOCK, [SEEDS, samples], threads);
             // The error falls with the root of the samples; a tenth more, as it is itself uncertain.
             if found.error_ratio <= 1.0 || samples >= 1 << 12 {
                 break found;
@@ -32,7 +35,7 @@ fn main() {
         failures += usize::from(!found.holds());
         println!(
             "| {name} | {} | {:.2} | {:?} ({:.5}, {:.5}) | {:.2} | {:+.3} % | {:.2} | {} | {:.0} |",
-            SEEDS * u64::from(samples),
+            SEEDS * samples,
             found.worst,
             found.worst_at,
             found.worst_values[0],

@@ -24,6 +24,9 @@ pub struct Settings {
     /// `Path`: the largest radiance that one contribution may bring, above 0; infinite lets all pass and leaves the picture
     /// unbiased.
     pub clamp: f32,
+    /// `Path`: by how much further off a surface than rounding asks for scattered rays start, as a part of 1 + the largest of
+    /// their coordinates. 0, but for comparisons with tracers that do so.
+    pub ray_offset: f32,
     /// How samples lie around their pixel.
     pub filter: PixelFilter,
     /// Whether shadow rays pass dielectrics, weakened by F_t and absorption, or are stopped by them.
@@ -48,6 +51,7 @@ impl Default for Settings {
             split_depth: 1,
             roulette: true,
             clamp: f32::INFINITY,
+            ray_offset: 0.0,
             filter: PixelFilter::BlackmanHarris,
             transparent_shadows: false,
             contribution_threshold: 0.0,

@@ -178,6 +178,8 @@ fn can_be_met(settings: &Settings) -> bool {
         && settings.contribution_threshold.is_finite()
         && settings.exposure.is_finite()
         && settings.clamp > 0.0
+        && settings.ray_offset >= 0.0
+        && settings.ray_offset.is_finite()
 }
 
 #[cfg(test)]

@@ -43,6 +43,7 @@ pub(crate) fn settings(settings: &schema::Settings, integrator: parts::Integrato
         split_depth: settings.split_depth,
         roulette: settings.roulette,
         clamp: settings.clamp.unwrap_or(f32::INFINITY),
+        ray_offset: 0.0,
         filter: match settings.filter {
             schema::PixelFilter::Box {} => parts::PixelFilter::Box,
             schema::PixelFilter::Tent {} => parts::PixelFilter::Tent,

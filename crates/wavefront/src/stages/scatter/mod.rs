@@ -206,7 +206,7 @@ impl Arrival<'_> {
             return;
         }
         let media = self.media_of(light.direction);
-        let origin = offset_origin(&self.hit.point, light.direction);
+        let origin = self.origin(light.direction);
         let (direction, distance) = light.ray_from(origin);
         shadows.push(ShadowRay {
             origin_x: origin.x,
@@ -277,7 +277,7 @@ impl Arrival<'_> {
             counts.ledger.roulette_added.add(weight);
             counts.ledger.roulette_added.take(scattered);
         }
-        let origin = offset_origin(&self.hit.point, direction);
+        let origin = self.origin(direction);
         let ray = self.ray.along(Ray { origin, direction });
         let ray = PathRay { weight, pdf: sample.pdf, media: self.media_of(direction), branch, ..ray };
         if sample.is_transmission() {
@@ -301,6 +301,19 @@ impl Arrival<'_> {
         sent.into_iter().for_each(|sent| ledger.residual.take(sent));
         let residual = expected - sent[0] - sent[1];
         ledger.residual_squares.add(residual * residual);
+    }
+
+    /// Where a ray starts that leaves in a direction.
+    #[inline(always)]
+    fn origin(&self, direction: Vec3) -> Vec3 {
+        let origin = offset_origin(&self.hit.point, direction);
+        match self.context.scene.settings.ray_offset {
+            0.0 => origin,
+            offset => {
+                let further = offset * (1.0 + self.hit.point.position.abs().max_element());
+                origin + self.geometric * further.copysign(direction.dot(self.geometric))
+            }
+        }
     }
 
     /// Whether the path sends a ray into each queue here.

@@ -1,0 +1,14 @@
+//! The path integrator shows what Mitsuba 3 shows, as far as few samples tell; `cargo bench -p brewster-tests --bench
+//! references` tells more.
+
+use brewster_tests::agreement::{REFERENCES, agreement};
+
+#[test]
+fn ten_scenes_look_as_in_mitsuba() {
+    for name in REFERENCES {
+        let found = agreement(name, 0.0, [32, 24], [64, 1], 2);
+        assert!(found.worst < found.bound && found.exact_differ == 0, "{name}: {found:?}");
+        // So few samples tell the mean to no more than this.
+        assert!(found.mean.abs() < 0.01, "{name}: {found:?}");
+    }
+}
