@@ -4,9 +4,10 @@
 //! SIGGRAPH 2017): a perfect mirror of isotropic facets sends back all light, within 0.004, at any roughness, and the sum
 //! stays reciprocal. Anisotropic facets have it by their [mean width](Ggx::mean_alpha): never more than 1.015 of the
 //! light, and less than all where the widths differ much. The lobe's color is `F̄² Ē/(1 - F̄ (1-Ē))`: light that is seen
-//! after n facets was reflected n times, and n is at least two (the talk has one F̄ less). E. Turquin's plain factor (*Practical Multiple Scattering Compensation for Microfacet Models*, 2019) is
-//! not reciprocal; rough glass has it all the same, as [`RoughDielectric::energy_gain`], since a second lobe would veil
-//! what is seen through it.
+//! after n facets was reflected n times, and n is at least two (the talk has one F̄ less).
+//!
+//! Rough glass has E. Turquin's plain factor (*Practical Multiple Scattering Compensation for Microfacet Models*, 2019),
+//! [`RoughDielectric::energy_gain`], since a second lobe would veil what is seen through it. It is not reciprocal.
 
 use core::f32::consts::FRAC_1_PI;
 

@@ -447,6 +447,23 @@ mod tests {
         }
     }
 
+    /// From inside glass to air, below the critical angle of 41.8° and past it, where all is reflected.
+    #[test]
+    fn films_on_the_far_side_are_seen_through_the_glass() {
+        for ior in [1.7f32, 2.3] {
+            for cos_i in [1.0f32, 0.8, 0.7, 0.3] {
+                let film = Film { ior, thickness: 300.0 };
+                let color = film.reflectance(cos_i, 1.5, Vec3::ONE, Vec3::ZERO);
+                let exact = over_bands(|nanometers| {
+                    let one = |polarization| by_matrix(film, cos_i as f64, 1.5, (1.0, 0.0), nanometers, polarization);
+                    0.5 * (one('s') + one('p'))
+                });
+                assert!((color.as_dvec3() - exact).abs().max_element() < 0.005, "{film:?} {cos_i}: {color} {exact}");
+                assert_eq!(color.min_element() > 0.9999, cos_i < 0.74, "{film:?} {cos_i}: {color}");
+            }
+        }
+    }
+
     /// The average over each band, by the trapezoidal rule in steps of half a nanometer.
     fn over_bands(f: impl Fn(f64) -> f64) -> DVec3 {
         let mut sum = DVec3::ZERO;
