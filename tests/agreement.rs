@@ -132,16 +132,22 @@ fn reference(name: &str, block: Block) -> ([usize; 2], Blocks, Blocks) {
     (size, means, errors)
 }
 
-/// Our picture with one seed.
-fn ours(scene: &SceneBuffers, block: Block, threads: usize) -> Blocks {
+/// A scene's picture: channel after channel, pixel after pixel, row after row.
+pub fn pixels(scene: &SceneBuffers, threads: usize) -> Vec<f64> {
     let size = scene.settings.resolution;
     let mut film = Film::new(PixelOrder::new(size.x, size.y, None).expect("a small picture"));
     let mut renderer = Renderer::new(scene, 0, threads, Policy::default(), false).expect("the scene can be rendered");
     assert!(renderer.pass(0..scene.settings.samples, &mut film, &Control::default()));
     assert_eq!((film.rejected(), film.saturated()), (0, 0), "light that is no number");
-    let picture = film.resolve();
-    let width = size.x as usize;
-    blocks([width, size.y as usize], block, |x, y| picture.pixels.get(y * width + x).color.map(f64::from))
+    let picture = film.resolve().pixels;
+    (0..picture.len()).flat_map(|row| picture.get(row).color.map(f64::from)).collect()
+}
+
+/// Our picture with one seed, over blocks.
+fn ours(scene: &SceneBuffers, block: Block, threads: usize) -> Blocks {
+    let [width, height] = scene.settings.resolution.as_usizevec2().to_array();
+    let pixels = pixels(scene, threads);
+    blocks([width, height], block, |x, y| std::array::from_fn(|channel| pixels[3 * (y * width + x) + channel]))
 }
 
 /// Means over blocks of a scene's picture, and their standard errors, from the spread of `seeds` independent pictures.
