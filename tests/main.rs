@@ -7,6 +7,7 @@
 //! - `energy_accounted`: the path integrator's ledger of energy closes.
 //! - `furnace`: in light from everywhere nothing is lost but what the maximum depth cuts.
 //! - `layers`: crates depend on each other as the architecture page says, and on nothing else.
+//! - `light_layers`: the parts of the light, the albedo and the standard errors are what they claim.
 //! - `memory_bounded`: a split tree of any depth stays within the memory that the queues' page states.
 //! - `path_furnace`: the path integrator sees nothing in even light that absorbs nothing.
 //! - `policies_agree`: splitting, choosing, roulette, samplers and integrators agree in mean.
@@ -27,6 +28,7 @@ mod edits_agree;
 mod energy_accounted;
 mod furnace;
 mod layers;
+mod light_layers;
 mod memory_bounded;
 mod path_furnace;
 mod policies_agree;

@@ -61,7 +61,7 @@ pub(crate) fn small_reference(name: &str) -> SceneBuffers {
 /// An empty film of a scene's resolution that keeps everything.
 pub(crate) fn film(scene: &SceneBuffers) -> Film {
     let size = scene.settings.resolution;
-    Film::keeping(PixelOrder::new(size.x, size.y, None).expect("a small picture"), Keep { squares: true })
+    Film::keeping(PixelOrder::new(size.x, size.y, None).expect("a small picture"), Keep::ALL)
 }
 
 /// All samples of a scene's picture, on one thread in one pass.

@@ -4,7 +4,9 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use brewster_film::{Film, FilmError, Metadata, PixelOrder, PngSettings, Window, write_atomically, write_picture};
+use brewster_film::{
+    Film, FilmError, Keep, Metadata, PixelOrder, PngSettings, Window, write_atomically, write_picture,
+};
 use brewster_wavefront::{Control, Policy, Renderer, Stats};
 
 use crate::pace::Pace;
@@ -24,6 +26,8 @@ pub struct RenderOptions {
     pub policy: Policy,
     /// About how long a pass takes, after the first, which takes one sample: what a stop may have to wait for.
     pub pass_time: Duration,
+    /// What the film keeps for the layers of an EXR beside those that are always there.
+    pub keep: Keep,
     /// Whether to note what every worker did when, for [`Render::write_trace`].
     pub trace: bool,
 }
@@ -37,6 +41,7 @@ impl Default for RenderOptions {
             threads: std::thread::available_parallelism().map_or(1, usize::from),
             policy: Policy::default(),
             pass_time: Duration::from_secs(1),
+            keep: Keep::default(),
             trace: false,
         }
     }
@@ -76,7 +81,7 @@ impl<'s> Render<'s> {
         let mut timeline = session.timeline().clone();
         let (begin, start) = (Instant::now(), timeline.now());
         let renderer = Renderer::new(buffers, camera, options.threads, options.policy, options.trace)?;
-        let film = Film::new(order);
+        let film = Film::keeping(order, options.keep);
         timeline.note("prepare", begin);
         let pace = Pace::new(options.pass_time);
         Ok(Render { session, options, camera, timeline, renderer, start, film, pace, done: 0, stopped: false })

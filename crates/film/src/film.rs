@@ -65,11 +65,46 @@ columns! {
     }
 }
 
+columns! {
+    /// What a pixel's light is made of, and what it fell on. The light that is neither reflected nor transmitted by the first
+    /// surface is the pixel's color less the two: direct light.
+    pub struct Parts => PartsColumns, PartsView, PartsViewMut {
+        /// Sums over the hits of the part of the light that the surface sends back or lets through, each 0 to 1.
+        pub albedo: Light,
+        /// Sums of the light that the first surface reflected.
+        pub reflection: Light,
+        /// Sums of the light that the first surface transmitted.
+        pub transmission: Light,
+    }
+}
+
+impl Parts {
+    const EMPTY: Parts = Parts { albedo: Light::NONE, reflection: Light::NONE, transmission: Light::NONE };
+}
+
+/// How light came through the first surface that a camera ray met.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Part {
+    /// Seen directly: sent out by what the camera sees, or by a light and scattered once.
+    Direct,
+    /// By way of a ray that the first surface reflected.
+    Reflection,
+    /// By way of a ray that the first surface transmitted.
+    Transmission,
+}
+
 /// What a film keeps beside its [`Pixel`]s, at a cost in memory.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Keep {
     /// [`Squares`], for standard errors: 48 bytes a pixel.
     pub squares: bool,
+    /// [`Parts`], for layers of light and albedo: 72 bytes a pixel.
+    pub parts: bool,
+}
+
+impl Keep {
+    /// Everything.
+    pub const ALL: Keep = Keep { squares: true, parts: true };
 }
 
 /// What a camera ray hit first.
@@ -79,6 +114,8 @@ pub struct FirstHit {
     pub depth: f32,
     /// Unit normal in world space.
     pub normal: [f32; 3],
+    /// The part of the light that the surface sends back or lets through; finite and >= 0.
+    pub albedo: [f32; 3],
     /// The material's id.
     pub material: u32,
     /// The entity's id.
@@ -99,6 +136,7 @@ pub struct Film {
     order: PixelOrder,
     pub(crate) pixels: PixelColumns,
     pub(crate) squares: Option<SquaresColumns>,
+    pub(crate) parts: Option<PartsColumns>,
 }
 
 impl Film {
@@ -109,7 +147,8 @@ impl Film {
 
     /// An empty film that keeps more; takes all its memory at once.
     pub fn keeping(order: PixelOrder, keep: Keep) -> Film {
-        let mut film = Film { order, pixels: PixelColumns::new(), squares: keep.squares.then(SquaresColumns::new) };
+        let (squares, parts) = (keep.squares.then(SquaresColumns::new), keep.parts.then(PartsColumns::new));
+        let mut film = Film { order, pixels: PixelColumns::new(), squares, parts };
         film.clear();
         film
     }
@@ -117,6 +156,11 @@ impl Film {
     /// The order of the pixels.
     pub fn order(&self) -> &PixelOrder {
         &self.order
+    }
+
+    /// What the film keeps beside pixels.
+    pub fn kept(&self) -> Keep {
+        Keep { squares: self.squares.is_some(), parts: self.parts.is_some() }
     }
 
     /// The sums, in [`PixelOrder`].
@@ -129,6 +173,11 @@ impl Film {
         self.squares.as_ref().map(SquaresColumns::view)
     }
 
+    /// What the pixels' light is made of, in [`PixelOrder`], if the film keeps it.
+    pub fn parts(&self) -> Option<PartsView<'_>> {
+        self.parts.as_ref().map(PartsColumns::view)
+    }
+
     /// Empties every pixel; keeps the memory.
     pub fn clear(&mut self) {
         self.pixels.clear();
@@ -137,12 +186,17 @@ impl Film {
             squares.clear();
             squares.resize(self.order.len(), Squares { light: [0; 3] });
         }
+        if let Some(parts) = &mut self.parts {
+            parts.clear();
+            parts.resize(self.order.len(), Parts::EMPTY);
+        }
     }
 
     /// The whole film as one tile.
     pub fn tile_mut(&mut self) -> FilmTile<'_> {
         let squares = self.squares.as_mut().map(SquaresColumns::view_mut);
-        FilmTile { order: self.order, first: 0, pixels: self.pixels.view_mut(), squares }
+        let parts = self.parts.as_mut().map(PartsColumns::view_mut);
+        FilmTile { order: self.order, first: 0, pixels: self.pixels.view_mut(), squares, parts }
     }
 
     /// The film cut into tiles of `pixels_per_tile` consecutive pixels (the last may have fewer; 0 counts as 1), in order.
@@ -193,6 +247,7 @@ pub struct FilmTile<'a> {
     first: u32,
     pixels: PixelViewMut<'a>,
     squares: Option<SquaresViewMut<'a>>,
+    parts: Option<PartsViewMut<'a>>,
 }
 
 impl<'a> FilmTile<'a> {
@@ -228,13 +283,13 @@ impl<'a> FilmTile<'a> {
 
     /// The tile's first `middle` pixels and the others.
     pub fn split_at(self, middle: usize) -> (FilmTile<'a>, FilmTile<'a>) {
-        let FilmTile { order, first, pixels, squares } = self;
-        let (before, after) = pixels.split_at(middle);
-        let (squares_before, squares_after) = squares.map(|squares| squares.split_at(middle)).unzip();
-        let second = first + middle as u32;
+        let FilmTile { order, first, pixels, squares, parts } = self;
+        let pixels = pixels.split_at(middle);
+        let squares = squares.map(|squares| squares.split_at(middle)).unzip();
+        let parts = parts.map(|parts| parts.split_at(middle)).unzip();
         (
-            FilmTile { order, first, pixels: before, squares: squares_before },
-            FilmTile { order, first: second, pixels: after, squares: squares_after },
+            FilmTile { order, first, pixels: pixels.0, squares: squares.0, parts: parts.0 },
+            FilmTile { order, first: first + middle as u32, pixels: pixels.1, squares: squares.1, parts: parts.1 },
         )
     }
 
@@ -250,6 +305,23 @@ impl<'a> FilmTile<'a> {
                 let value = u128::from(value.unsigned_abs());
                 *sum = sum.saturating_add(value * value);
             }
+        }
+    }
+
+    /// Whether the film keeps [`Parts`].
+    #[inline]
+    pub fn keeps_parts(&self) -> bool {
+        self.parts.is_some()
+    }
+
+    /// Says of some of a sample's light how it came, if the film keeps that.
+    #[inline]
+    pub fn add_part(&mut self, local: u32, part: Part, light: Light) {
+        let Some(parts) = &mut self.parts else { return };
+        match part {
+            Part::Direct => {}
+            Part::Reflection => parts.reflection[local as usize].add(light),
+            Part::Transmission => parts.transmission[local as usize].add(light),
         }
     }
 
@@ -269,12 +341,16 @@ impl<'a> FilmTile<'a> {
 
     /// Adds what the camera ray of sample number `sample` hit. Sample 0 gives the pixel its ids.
     ///
-    /// A depth that is NaN, infinite or negative, or a normal that is not finite, rejects all of it.
+    /// A depth or an albedo that is NaN, infinite or negative, or a normal that is not finite, rejects all of it.
     #[inline]
     pub fn add_first_hit(&mut self, local: u32, sample: u32, hit: FirstHit) {
         let local = local as usize;
-        if !in_range(hit.depth) || !hit.normal.iter().all(|value| value.is_finite()) {
+        let albedo = Light::new(hit.albedo).filter(|_| in_range(hit.depth));
+        let Some(albedo) = albedo.filter(|_| hit.normal.iter().all(|value| value.is_finite())) else {
             return self.add_rejected(local as u32, 1);
+        };
+        if let Some(parts) = &mut self.parts {
+            parts.albedo[local].add(albedo);
         }
         let hits = &mut self.pixels.hits[local];
         *hits = hits.saturating_add(1);
@@ -298,15 +374,16 @@ mod tests {
     fn bad_hits_are_counted_and_not_added() {
         let mut film = Film::new(PixelOrder::new(2, 1, None).unwrap());
         let mut tile = film.tile_mut();
-        let hit = FirstHit { depth: 1.0, normal: [0.0, 1.0, 0.0], material: 3, entity: 4 };
+        let hit = FirstHit { depth: 1.0, normal: [0.0, 1.0, 0.0], albedo: [0.5; 3], material: 3, entity: 4 };
         for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, -1.0] {
             tile.add_first_hit(1, 0, FirstHit { depth: bad, ..hit });
+            tile.add_first_hit(1, 0, FirstHit { albedo: [0.5, 0.5, bad], ..hit });
         }
         tile.add_first_hit(1, 0, FirstHit { normal: [f32::NAN, 0.0, 0.0], ..hit });
-        tile.add_rejected(1, 4);
+        tile.add_rejected(1, 1);
         assert_eq!(film.pixels().get(0), Pixel::EMPTY);
-        assert_eq!(film.pixels().get(1), Pixel { rejected: 9, ..Pixel::EMPTY });
-        assert_eq!((film.rejected(), film.saturated()), (9, 0));
+        assert_eq!(film.pixels().get(1), Pixel { rejected: 10, ..Pixel::EMPTY });
+        assert_eq!((film.rejected(), film.saturated()), (10, 0));
     }
 
     #[test]
@@ -324,7 +401,7 @@ mod tests {
     /// fits four times below 2^64.
     #[test]
     fn squares_are_kept_whole_and_saturate() {
-        let mut film = Film::keeping(PixelOrder::new(2, 1, None).unwrap(), Keep { squares: true });
+        let mut film = Film::keeping(PixelOrder::new(2, 1, None).unwrap(), Keep::ALL);
         let mut tile = film.tile_mut();
         let greatest = i64::MAX as u128;
         tile.add_sample(1, Light([1, 3 << 32, i64::MAX]));
@@ -339,9 +416,29 @@ mod tests {
     }
 
     #[test]
+    fn light_is_kept_by_the_way_it_came() {
+        let mut film = Film::keeping(PixelOrder::new(2, 1, None).unwrap(), Keep::ALL);
+        let mut tile = film.tile_mut();
+        let parts = [(Part::Direct, 1), (Part::Reflection, 2), (Part::Transmission, 4), (Part::Reflection, 8)];
+        for (part, steps) in parts {
+            tile.add_part(1, part, Light([steps, 0, 100]));
+        }
+        let hit = FirstHit { depth: 2.0, normal: [0.0; 3], albedo: [0.5, 0.25, 1.0], material: 7, entity: 9 };
+        (0..3).for_each(|sample| tile.add_first_hit(1, sample, hit));
+        let expected = Parts {
+            albedo: Light([3 << 31, 3 << 30, 3 << 32]),
+            reflection: Light([10, 0, 200]),
+            transmission: Light([4, 0, 100]),
+        };
+        assert_eq!(film.parts().unwrap().get(1), expected);
+        assert_eq!(film.parts().unwrap().get(0), Parts::EMPTY);
+        assert!(!Film::new(*film.order()).tile_mut().keeps_parts());
+    }
+
+    #[test]
     fn tiles_are_runs_of_the_order() {
         let order = PixelOrder::new(13, 9, None).unwrap();
-        let mut film = Film::keeping(order, Keep { squares: true });
+        let mut film = Film::keeping(order, Keep::ALL);
         for pixels_per_tile in [0, 1, 7, 64, 117, 1000] {
             let mut next = 0;
             for mut tile in film.tiles_mut(pixels_per_tile) {
@@ -356,14 +453,14 @@ mod tests {
         }
         assert!(film.pixels().samples.iter().all(|&samples| samples == 6));
         film.clear();
-        assert_eq!(film, Film::keeping(order, Keep { squares: true }));
+        assert_eq!(film, Film::keeping(order, Keep::ALL));
     }
 
     #[test]
     fn sample_zero_gives_the_ids() {
         let mut film = Film::new(PixelOrder::new(1, 1, None).unwrap());
         let mut tile = film.tile_mut();
-        let hit = FirstHit { depth: 2.0, normal: [0.0, 0.0, -1.0], material: 7, entity: 9 };
+        let hit = FirstHit { depth: 2.0, normal: [0.0, 0.0, -1.0], albedo: [0.5; 3], material: 7, entity: 9 };
         tile.add_first_hit(0, 1, FirstHit { material: 1, entity: 2, ..hit });
         assert_eq!((tile.pixels().material[0], tile.pixels().entity[0]), (NO_ID, NO_ID));
         tile.add_first_hit(0, 0, hit);
@@ -385,6 +482,6 @@ mod tests {
     fn a_pixel_takes_what_the_page_says() {
         assert_eq!(PixelColumns::BYTES_PER_ROW, 80);
         assert_eq!(crate::MAX_PIXELS * 80, 10 << 30);
-        assert_eq!(SquaresColumns::BYTES_PER_ROW, 48);
+        assert_eq!((SquaresColumns::BYTES_PER_ROW, PartsColumns::BYTES_PER_ROW), (48, 72));
     }
 }

@@ -3,7 +3,8 @@
 //! - [`Film`] holds integer sums per pixel; a [`FilmTile`] is one thread's part of it. [`Light`] in fixed point may be added in
 //!   any order and films may be merged in any way: the bits are the same.
 //! - [`PixelOrder`] says which pixel comes when; [`FilterSampler`] says where around its pixel a sample lies.
-//! - [`Layers`] are what the sums mean: color, alpha, depth, normals, ids and counts.
+//! - [`Layers`] are what the sums mean: color, alpha, depth, normals, ids and counts; and what else a film was told to
+//!   [`Keep`]: standard errors, albedo, and light by the way it came.
 //! - [`LinearImage`] is a picture in linear light, which a [`Display`] shows, [`write_picture`] writes and [`read_image`]
 //!   reads back.
 //! - [`compare()`] and [`flip()`] say how much two pictures differ, in figures and to an observer.
@@ -45,18 +46,22 @@ mod flip;
 mod light;
 mod linear_image;
 mod merge;
+mod noise;
 mod order;
 mod tonemap;
 
-pub use aov::{Layers, LayersColumns, LayersRow, LayersView, LayersViewMut};
+pub use aov::{
+    Layers, LayersColumns, LayersRow, LayersView, LayersViewMut, LightLayers, LightLayersColumns, LightLayersView,
+    LightLayersViewMut,
+};
 pub use atomic::write_atomically;
 pub use compare::{Difference, compare, difference_map, map_picture};
 pub use decode::read_image;
 pub use encode::{Format, Metadata, PngAlpha, PngDepth, PngSettings, write_exr, write_hdr, write_picture, write_png};
 pub use error::FilmError;
 pub use film::{
-    DEPTH_SCALE, Film, FilmTile, FirstHit, Keep, NO_ID, Pixel, PixelColumns, PixelView, PixelViewMut, SCALE,
-    SQUARE_SCALE, Squares, SquaresColumns, SquaresView, SquaresViewMut,
+    DEPTH_SCALE, Film, FilmTile, FirstHit, Keep, NO_ID, Part, Parts, PartsColumns, PartsView, PartsViewMut, Pixel,
+    PixelColumns, PixelView, PixelViewMut, SCALE, SQUARE_SCALE, Squares, SquaresColumns, SquaresView, SquaresViewMut,
 };
 pub use filter::{Filter, FilterSampler};
 pub use flip::{Flip, PIXELS_PER_DEGREE, flip};

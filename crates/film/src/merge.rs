@@ -1,19 +1,25 @@
 //! Merging films: sums add, and the ids of sample 0 come from the film that has it.
 
-use crate::{Film, FilmError};
+use crate::{Film, FilmError, Keep, Light};
 
 /// Adds `from` to `into`; see [`Film::merge`].
 ///
 /// Ids: a film without sample 0 has [`crate::NO_ID`], the greatest id, so that the smaller one is the one to keep.
 pub(crate) fn merge(into: &mut Film, from: &Film) -> Result<(), FilmError> {
-    if into.order() != from.order() || into.squares.is_some() != from.squares.is_some() {
+    if into.order() != from.order() || into.kept() != from.kept() {
         return Err(FilmError::Mismatch { left: shape(into), right: shape(from) });
     }
     if let (Some(to), Some(from)) = (&mut into.squares, from.squares()) {
         combine(to.view_mut().light.as_flattened_mut(), from.light.as_flattened(), u128::saturating_add);
     }
+    if let (Some(to), Some(from)) = (&mut into.parts, from.parts()) {
+        let to = to.view_mut();
+        add_light(to.albedo, from.albedo);
+        add_light(to.reflection, from.reflection);
+        add_light(to.transmission, from.transmission);
+    }
     let (to, from) = (into.pixels.view_mut(), from.pixels());
-    to.color.iter_mut().zip(from.color).for_each(|(to, &from)| to.add(from));
+    add_light(to.color, from.color);
     combine(to.normal.as_flattened_mut(), from.normal.as_flattened(), i64::saturating_add);
     combine(to.depth, from.depth, i64::saturating_add);
     combine(to.samples, from.samples, u32::saturating_add);
@@ -25,6 +31,10 @@ pub(crate) fn merge(into: &mut Film, from: &Film) -> Result<(), FilmError> {
     Ok(())
 }
 
+fn add_light(to: &mut [Light], from: &[Light]) {
+    to.iter_mut().zip(from).for_each(|(to, &from)| to.add(from));
+}
+
 fn combine<T: Copy>(to: &mut [T], from: &[T], operation: impl Fn(T, T) -> T) {
     for (to, &from) in to.iter_mut().zip(from) {
         *to = operation(*to, from);
@@ -34,14 +44,19 @@ fn combine<T: Copy>(to: &mut [T], from: &[T], operation: impl Fn(T, T) -> T) {
 fn shape(film: &Film) -> String {
     let window = film.order().window();
     let (width, height) = (film.order().width(), film.order().height());
-    let kept = if film.squares.is_some() { " and squares" } else { "" };
+    let kept = match film.kept() {
+        Keep { squares: false, parts: false } => "",
+        Keep { squares: true, parts: false } => " and squares",
+        Keep { squares: false, parts: true } => " and parts",
+        Keep { squares: true, parts: true } => ", squares and parts",
+    };
     format!("{width}x{height} with window {},{},{},{}{kept}", window.x, window.y, window.width, window.height)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{FirstHit, Keep, Light, NO_ID, PixelOrder, Window};
+    use crate::{FirstHit, NO_ID, Part, PixelOrder, Window};
 
     /// A sequence of 32-bit numbers (Marsaglia's xorshift).
     struct Numbers(u32);
@@ -79,7 +94,8 @@ mod tests {
                     color[1] = f32::NAN;
                 }
                 let normal = [0; 3].map(|_| numbers.next() as f32 / 2f32.powi(31) - 1.0);
-                let hit = FirstHit { depth: numbers.value(), normal, material: pixel % 5, entity: pixel };
+                let albedo = [0; 3].map(|_| numbers.value());
+                let hit = FirstHit { depth: numbers.value(), normal, albedo, material: pixel % 5, entity: pixel };
                 events.push(Event { pixel, sample, color, hit: (numbers.next() > u32::MAX / 4).then_some(hit) });
             }
         }
@@ -91,6 +107,8 @@ mod tests {
         let light = Light::new(event.color);
         tile.add_sample(event.pixel, light.unwrap_or_default());
         tile.add_rejected(event.pixel, u32::from(light.is_none()));
+        let parts = [Part::Direct, Part::Reflection, Part::Transmission];
+        tile.add_part(event.pixel, parts[event.sample as usize % 3], light.unwrap_or_default());
         tile.add_rays(event.pixel, 1 + event.sample);
         if let Some(hit) = event.hit {
             tile.add_first_hit(event.pixel, event.sample, hit);
@@ -101,7 +119,7 @@ mod tests {
     fn any_split_and_order_gives_the_same_bits() {
         let order = PixelOrder::new(11, 10, Some(Window { x: 1, y: 1, width: 9, height: 8 })).unwrap();
         let mut events = events(&order);
-        let empty = || Film::keeping(order, Keep { squares: true });
+        let empty = || Film::keeping(order, Keep::ALL);
         let mut expected = empty();
         events.iter().for_each(|&event| add(&mut expected, event));
         assert!(expected.rejected() > 0 && expected.saturated() > 0);
@@ -122,7 +140,7 @@ mod tests {
     #[test]
     fn ids_come_from_the_film_with_sample_zero() {
         let order = PixelOrder::new(1, 1, None).unwrap();
-        let hit = FirstHit { depth: 1.0, normal: [0.0; 3], material: 8, entity: 3 };
+        let hit = FirstHit { depth: 1.0, normal: [0.0; 3], albedo: [0.5; 3], material: 8, entity: 3 };
         let (mut first, mut later) = (Film::new(order), Film::new(order));
         first.tile_mut().add_first_hit(0, 0, hit);
         later.tile_mut().add_first_hit(0, 1, FirstHit { material: 0, entity: 0, ..hit });
@@ -138,8 +156,9 @@ mod tests {
         let error = Film::new(whole).merge(&Film::new(cropped)).unwrap_err();
         let expected = "the pictures do not match: 4x4 with window 0,0,4,4 against 4x4 with window 1,0,2,2";
         assert_eq!(error.to_string(), expected);
-        let error = Film::new(whole).merge(&Film::keeping(whole, Keep { squares: true })).unwrap_err();
-        let expected = "the pictures do not match: 4x4 with window 0,0,4,4 against 4x4 with window 0,0,4,4 and squares";
+        let error = Film::new(whole).merge(&Film::keeping(whole, Keep::ALL)).unwrap_err();
+        let expected =
+            "the pictures do not match: 4x4 with window 0,0,4,4 against 4x4 with window 0,0,4,4, squares and parts";
         assert_eq!(error.to_string(), expected);
     }
 }

@@ -7,7 +7,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use brewster::buffers::{Integrator, SamplerKind, Settings, ToneMapping};
-use brewster::film::{Display, Format, PngDepth, PngSettings, ToneMap, Window};
+use brewster::film::{Display, Format, Keep, PngDepth, PngSettings, ToneMap, Window};
 use brewster::wavefront::ledger::{Energy, Ledger};
 use brewster::wavefront::queues::RaySource;
 use brewster::wavefront::{Control, Policy, Stage};
@@ -191,6 +191,11 @@ impl Arguments {
             policy,
             // A pass is what a time limit may be late by.
             pass_time: self.time_limit.map_or(default.pass_time, |limit| default.pass_time.min(limit / 10)),
+            keep: if self.output.iter().any(|path| matches!(Format::of(path), Ok(Format::Exr))) {
+                Keep::ALL
+            } else {
+                Keep::default()
+            },
             trace: self.trace.is_some(),
         }
     }

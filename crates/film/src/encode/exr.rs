@@ -8,7 +8,7 @@ use exr::prelude::{
 };
 
 use super::{Metadata, codec_error};
-use crate::{FilmError, Layers, write_atomically};
+use crate::{FilmError, Layers, LightLayersColumns, write_atomically};
 
 /// Writes every layer.
 ///
@@ -19,6 +19,11 @@ use crate::{FilmError, Layers, write_atomically};
 /// | `normal.X` `normal.Y` `normal.Z` | f32 | world space; zero where nothing was hit |
 /// | `material.id` `entity.id` | u32 | [`crate::NO_ID`] where sample 0 hit nothing |
 /// | `rays.count` `samples.count` | u32 | |
+/// | `se.R` `se.G` `se.B` | f32 | standard error of the color; infinite with less than two samples |
+/// | `albedo.R` … | f32 | the part of the light that the first surface sends back or lets through; zero where nothing was hit |
+/// | `direct.R` … `reflection.R` … `transmission.R` … | f32 | the color by the way in which light left the first surface |
+///
+/// The last three rows are there if the film [keeps](crate::Keep) what they come from.
 ///
 /// The display window is the picture, the data window the crop window. The attributes `software` (the version),
 /// `brewster.settings` and `brewster.sceneHash` hold the metadata in UTF-8. Compression is lossless (ZIP) and uses every
@@ -49,7 +54,7 @@ pub fn write_exr(path: &Path, layers: &Layers, metadata: &Metadata) -> Result<()
 fn channels(layers: &Layers) -> AnyChannels<FlatSamples> {
     let pixels = layers.pixels.view();
     let component = |of: &[[f32; 3]], axis: usize| FlatSamples::F32(of.iter().map(|value| value[axis]).collect());
-    let channels = [
+    let mut channels = vec![
         ("R", component(pixels.color, 0)),
         ("G", component(pixels.color, 1)),
         ("B", component(pixels.color, 2)),
@@ -63,6 +68,18 @@ fn channels(layers: &Layers) -> AnyChannels<FlatSamples> {
         ("rays.count", FlatSamples::U32(pixels.rays.to_vec())),
         ("samples.count", FlatSamples::U32(pixels.samples.to_vec())),
     ];
+    let mut colors = |names: [&'static str; 3], of: &[[f32; 3]]| {
+        channels.extend(names.into_iter().zip([0, 1, 2].map(|axis| component(of, axis))));
+    };
+    if let Some(errors) = &layers.errors {
+        colors(["se.R", "se.G", "se.B"], errors);
+    }
+    if let Some(light) = layers.light.as_ref().map(LightLayersColumns::view) {
+        colors(["albedo.R", "albedo.G", "albedo.B"], light.albedo);
+        colors(["direct.R", "direct.G", "direct.B"], light.direct);
+        colors(["reflection.R", "reflection.G", "reflection.B"], light.reflection);
+        colors(["transmission.R", "transmission.G", "transmission.B"], light.transmission);
+    }
     AnyChannels::sort(channels.into_iter().map(|(name, samples)| AnyChannel::new(name, samples)).collect())
 }
 
@@ -71,18 +88,21 @@ mod tests {
     use std::fs;
 
     use super::*;
-    use crate::{Film, FirstHit, Light, NO_ID, PixelOrder, Window, read_image};
+    use crate::{Film, FirstHit, Keep, Light, NO_ID, Part, PixelOrder, Window, read_image};
 
     fn layers() -> Layers {
         let window = Window { x: 3, y: 1, width: 21, height: 50 };
-        let mut film = Film::new(PixelOrder::new(30, 60, Some(window)).unwrap());
+        let mut film = Film::keeping(PixelOrder::new(30, 60, Some(window)).unwrap(), Keep::ALL);
         let mut tile = film.tile_mut();
         for local in 0..tile.len() as u32 {
             let (x, y) = tile.pixel(local);
             tile.add_sample(local, Light::new([x as f32, y as f32, 1000.0]).unwrap());
+            tile.add_part(local, Part::Reflection, Light([0, 0, 300 << 32]));
+            tile.add_part(local, Part::Transmission, Light([0, 0, 200 << 32]));
             tile.add_rays(local, 100 * y + x);
             if x.is_multiple_of(2) {
-                let hit = FirstHit { depth: y as f32 + 0.5, normal: [0.0, 0.6, -0.8], material: x, entity: 70_000 + y };
+                let (normal, albedo) = ([0.0, 0.6, -0.8], [0.5, 0.25, 1.0]);
+                let hit = FirstHit { depth: y as f32 + 0.5, normal, albedo, material: x, entity: 70_000 + y };
                 tile.add_first_hit(local, 0, hit);
             }
         }
@@ -127,7 +147,7 @@ mod tests {
             FlatSamples::U32(values) => values[index],
             _ => panic!("{name} is not u32"),
         };
-        assert_eq!(layer.channel_data.list.len(), 12);
+        assert_eq!(layer.channel_data.list.len(), 27);
         for index in 0..21 * 50 {
             let (x, y) = (3 + index as u32 % 21, 1 + index as u32 / 21);
             assert_eq!(["R", "G", "B"].map(|name| float(name, index)), [x as f32, y as f32, 1000.0]);
@@ -138,6 +158,12 @@ mod tests {
             assert_eq!(normal, if hit { [0.0, 0.6, -0.8] } else { [0.0; 3] });
             assert_eq!(count("material.id", index), if hit { x } else { NO_ID });
             assert_eq!(count("entity.id", index), if hit { 70_000 + y } else { NO_ID });
+            let blue = ["direct.B", "reflection.B", "transmission.B"].map(|name| float(name, index));
+            assert_eq!(blue, [500.0, 300.0, 200.0]);
+            assert_eq!((float("direct.R", index), float("reflection.R", index)), (x as f32, 0.0));
+            let albedo = ["albedo.R", "albedo.G", "albedo.B"].map(|name| float(name, index));
+            assert_eq!(albedo, if hit { [0.5, 0.25, 1.0] } else { [0.0; 3] });
+            assert_eq!(float("se.G", index), f32::INFINITY, "one sample tells no error");
             assert_eq!((count("rays.count", index), count("samples.count", index)), (100 * y + x, 1));
         }
     }

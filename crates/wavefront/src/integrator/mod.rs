@@ -84,6 +84,6 @@ fn meet(context: &Context<'_>, batch: &mut Batch, tile: &mut FilmTile<'_>) -> Op
     recorder.stage(at(Stage::ShadeEmissive), sorted.emissive.len(), |counts| {
         shade_emissive(context, rays, &sorted.emissive.view(), stacks, contributions, counts);
     });
-    recorder.stage(at(Stage::Gather), contributions.len(), |_| gather(contributions, samples.view_mut()));
+    recorder.stage(at(Stage::Gather), contributions.len(), |_| gather(contributions, samples.view_mut(), tile));
     Some((depth, source))
 }

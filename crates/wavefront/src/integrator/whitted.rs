@@ -32,8 +32,9 @@ pub fn whitted(context: &Context<'_>, samples: Range<u32>, batch: &mut Batch, ti
                     recorder.stage(at(Stage::Shadow), shadows.len(), |counts| {
                         shadow(context, shadows, stacks, scratch, contributions, samples.view_mut(), counts);
                     });
-                    recorder
-                        .stage(at(Stage::Gather), contributions.len(), |_| gather(contributions, samples.view_mut()));
+                    recorder.stage(at(Stage::Gather), contributions.len(), |_| {
+                        gather(contributions, samples.view_mut(), tile)
+                    });
                 }
             };
         }

@@ -3,6 +3,8 @@
 use brewster_lanes::columns;
 use glam::Vec3;
 
+use super::Trail;
+
 columns! {
     /// Light that a path brings to its sample.
     pub struct Contribution => ContributionColumns, ContributionsView, ContributionsViewMut {
@@ -10,6 +12,8 @@ columns! {
         pub radiance: Vec3,
         /// The row of the sample.
         pub sample: u32,
+        /// The way that the light came.
+        pub trail: Trail,
     }
 }
 

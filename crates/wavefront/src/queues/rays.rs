@@ -6,6 +6,7 @@ use brewster_geometry::{Ray, Rays};
 use brewster_lanes::columns;
 use glam::Vec3;
 
+use super::Trail;
 use crate::media::MediaId;
 
 columns! {
@@ -31,6 +32,8 @@ columns! {
         pub pdf: f32,
         /// The row of the sample.
         pub sample: u32,
+        /// What sent the path on so far.
+        pub trail: Trail,
         /// The media around it.
         pub media: MediaId,
         /// Which child of which child it is: 1 for a camera ray, 2b for the reflection and 2b + 1 for the transmission of
@@ -77,6 +80,7 @@ impl PathRay {
         weight: Vec3::ONE,
         pdf: f32::INFINITY,
         sample: 0,
+        trail: Trail::CAMERA,
         media: MediaId::VACUUM,
         branch: 1,
     };

@@ -4,6 +4,7 @@ use brewster_geometry::{Ray, Rays};
 use brewster_lanes::columns;
 use glam::Vec3;
 
+use super::Trail;
 use crate::media::MediaId;
 
 columns! {
@@ -27,6 +28,8 @@ columns! {
         pub contribution: Vec3,
         /// The row of the sample.
         pub sample: u32,
+        /// What sent the path on so far.
+        pub trail: Trail,
         /// The media around it.
         pub media: MediaId,
     }

@@ -4,7 +4,7 @@ use brewster_optics::lobe::{DELTA, power_heuristic};
 
 use crate::context::Context;
 use crate::media::MediaStacks;
-use crate::queues::{Contribution, ContributionQueue, EscapedView, PathRaysView};
+use crate::queues::{Contribution, ContributionQueue, End, EscapedView, PathRaysView};
 use crate::stats::Counts;
 
 /// Gives each escaped ray the background's radiance, of which shadow rays bring the part that they find better.
@@ -28,6 +28,6 @@ pub fn escape(
         let share = if ray.pdf == DELTA { 1.0 } else { power_heuristic(ray.pdf, background.pdf(direction)) };
         let scale = share * context.radiance_scale(stacks, ray.media);
         let radiance = ray.weight * background.radiance(direction) * scale;
-        contributions.push(Contribution { radiance, sample: ray.sample });
+        contributions.push(Contribution { radiance, sample: ray.sample, trail: ray.trail.end(End::Background) });
     }
 }

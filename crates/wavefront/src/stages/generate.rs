@@ -9,7 +9,7 @@ use glam::{Vec2, Vec3};
 
 use crate::context::Context;
 use crate::media::MediaId;
-use crate::queues::{PathRay, PrimaryQueue, Sample, SampleColumns};
+use crate::queues::{PathRay, PrimaryQueue, Sample, SampleColumns, Trail};
 use crate::random::{Decision, PixelKey};
 
 /// Makes the rays of some samples of every pixel of a tile; those of one pixel are neighbors.
@@ -48,6 +48,7 @@ pub fn generate(
                 weight: Vec3::ONE,
                 pdf: DELTA,
                 sample: samples.len() as u32,
+                trail: Trail::CAMERA,
                 media,
                 branch: 1,
             });

@@ -1,13 +1,16 @@
 //! Writes down what camera rays hit first.
 
+use brewster_buffers::MaterialKind;
 use brewster_film::{FilmTile, FirstHit};
+use brewster_optics::fresnel::{FresnelModel, conductor_color};
+use glam::Vec3;
 
 use crate::context::Context;
-use crate::queues::{PathRaysView, SamplesView, SurfaceHitsView};
+use crate::queues::{PathRaysView, SamplesView, SurfaceHit, SurfaceHitsView};
 
-/// Adds depth along the view axis, normal and ids of first hits to the film.
+/// Adds depth along the view axis, normal, albedo and ids of first hits to the film.
 ///
-/// Reads: rays of depth 0, their samples and hits. Writes: the film's layers.
+/// Reads: rays of depth 0, their samples and hits; materials and textures if the film keeps albedo. Writes: the film's layers.
 pub fn record(
     context: &Context<'_>,
     rays: PathRaysView<'_>,
@@ -18,13 +21,39 @@ pub fn record(
     let materials = context.scene.instances.view().material;
     for row in 0..hits.len() {
         let hit = hits.get(row);
+        let material = materials[hit.instance as usize].0;
+        let albedo = if tile.keeps_parts() { albedo(context, material, &hit) } else { Vec3::ZERO };
         let first = FirstHit {
             depth: (hit.point.position - context.camera.position).dot(context.camera.forward).max(0.0),
             normal: hit.point.shading_normal.to_array(),
-            material: materials[hit.instance as usize].0,
+            albedo: albedo.to_array(),
+            material,
             entity: hit.instance,
         };
         let sample = rays.sample[hit.ray as usize] as usize;
         tile.add_first_hit(samples.pixel[sample], samples.number[sample], first);
+    }
+}
+
+/// The color that a surface gives to the light that it sends back or lets through, for denoisers: diffuse albedo, a metal's
+/// reflectance along the normal in vacuum, white for what lets through all that it does not reflect, black for emitters, which
+/// reflect nothing.
+fn albedo(context: &Context<'_>, material: u32, hit: &SurfaceHit) -> Vec3 {
+    let scene = context.scene;
+    let row = hit.material as usize;
+    let color = |source| scene.textures.evaluate(source, hit.point.uv);
+    match scene.materials.rows.view().kind[material as usize] {
+        MaterialKind::Phong => color(scene.materials.phong.view().diffuse[row]),
+        MaterialKind::Lambert => color(scene.materials.lambert.view().albedo[row]),
+        MaterialKind::RoughDiffuse => color(scene.materials.rough_diffuse.view().albedo[row]),
+        MaterialKind::Metal => {
+            let metal = scene.materials.metal.get(row);
+            match metal.fresnel {
+                FresnelModel::Exact => conductor_color(1.0, 1.0, metal.eta, metal.k),
+                FresnelModel::Schlick | FresnelModel::SchlickThetaM => color(metal.r0),
+            }
+        }
+        MaterialKind::Dielectric => Vec3::ONE,
+        MaterialKind::Emissive => Vec3::ZERO,
     }
 }

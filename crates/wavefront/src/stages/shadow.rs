@@ -6,7 +6,7 @@ use glam::Vec3;
 
 use crate::context::Context;
 use crate::media::{MediaStacks, Medium};
-use crate::queues::{Contribution, ContributionQueue, SamplesViewMut, ShadowQueue, ShadowRay};
+use crate::queues::{Contribution, ContributionQueue, End, SamplesViewMut, ShadowQueue, ShadowRay};
 use crate::stats::Counts;
 
 /// Memory that [`shadow`] reuses.
@@ -58,7 +58,8 @@ pub fn shadow(
             if !scratch.blocked[row] {
                 let medium = stacks.filling(view.media[row]);
                 let radiance = view.contribution[row] * medium.transmittance(view.distance[row], &dielectrics);
-                contributions.push(Contribution { radiance, sample: view.sample[row] });
+                let trail = view.trail[row].end(End::Light);
+                contributions.push(Contribution { radiance, sample: view.sample[row], trail });
             }
         }
         queue.clear();
@@ -93,7 +94,8 @@ fn follow(
         let end = hit.t.min(ray.distance);
         let mut contribution = ray.contribution * stacks.filling(ray.media).transmittance(end, &dielectrics);
         if hit.is_miss() || hit.t >= ray.distance {
-            contributions.push(Contribution { radiance: contribution, sample: ray.sample });
+            let trail = ray.trail.end(End::Light);
+            contributions.push(Contribution { radiance: contribution, sample: ray.sample, trail });
             continue;
         }
         let material = scene.materials.rows.get(scene.instances.view().material[hit.instance as usize].0 as usize);

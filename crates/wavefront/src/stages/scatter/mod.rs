@@ -10,7 +10,7 @@ mod rough_diffuse;
 use brewster_buffers::LightSample;
 use brewster_geometry::{Ray, offset_origin};
 use brewster_optics::basis::Basis;
-use brewster_optics::lobe::{LobeSample, LobeSplit, LobeValue, power_heuristic};
+use brewster_optics::lobe::{DELTA, LobeSample, LobeSplit, LobeValue, power_heuristic};
 use glam::{Vec2, Vec3};
 
 use super::shade::facing_normals;
@@ -18,7 +18,9 @@ use crate::albedo::Albedos;
 use crate::context::Context;
 use crate::ledger::Ledger;
 use crate::media::{MediaId, MediaStacks, Medium};
-use crate::queues::{DepthQueues, HitsOf, PathRay, PathRaysView, SamplesView, ShadowQueue, ShadowRay, SurfaceHit};
+use crate::queues::{
+    DepthQueues, Event, HitsOf, PathRay, PathRaysView, SamplesView, ShadowQueue, ShadowRay, SurfaceHit,
+};
 use crate::random::{Decision, Stream};
 use crate::stats::Counts;
 
@@ -218,6 +220,7 @@ impl Arrival<'_> {
             distance,
             contribution: contribution * self.context.radiance_scale(stacks, media),
             sample: self.ray.sample,
+            trail: self.ray.trail,
             media,
         });
     }
@@ -279,7 +282,14 @@ impl Arrival<'_> {
         }
         let origin = self.origin(direction);
         let ray = self.ray.along(Ray { origin, direction });
-        let ray = PathRay { weight, pdf: sample.pdf, media: self.media_of(direction), branch, ..ray };
+        let event = match (sample.is_transmission(), sample.pdf == DELTA) {
+            (false, true) => Event::Mirrored,
+            (true, true) => Event::Refracted,
+            (false, false) => Event::Spread,
+            (true, false) => Event::SpreadThrough,
+        };
+        let trail = ray.trail.then(event);
+        let ray = PathRay { weight, pdf: sample.pdf, media: self.media_of(direction), branch, trail, ..ray };
         if sample.is_transmission() {
             counts.transmissions += 1;
             next.transmission.push(ray);
@@ -351,7 +361,7 @@ mod tests {
 
     use super::*;
     use crate::policy::Policy;
-    use crate::queues::{HitQueue, PathRayColumns, Sample, SampleColumns};
+    use crate::queues::{HitQueue, PathRayColumns, Sample, SampleColumns, Trail};
     use crate::random::PixelKey;
 
     /// White by theory; its sampler loses some of a hundred parts, or gives some too much.
@@ -422,6 +432,7 @@ mod tests {
                 weight: Vec3::ONE,
                 pdf: 1.0,
                 sample,
+                trail: Trail::CAMERA,
                 media: MediaId::VACUUM,
                 branch: 1,
             });

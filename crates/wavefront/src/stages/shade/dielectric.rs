@@ -111,6 +111,6 @@ fn highlight(context: &Context<'_>, ray: &PathRay, hit: &SurfaceHit, split: &Spl
         };
         let media = split.media_of(seen.direction);
         let seen_through = ray.weight * specular * factor * seen.irradiance;
-        send_shadow_ray(shadows, hit, ray.sample, media, &light, seen.direction, seen_through);
+        send_shadow_ray(shadows, hit, ray, media, &light, seen.direction, seen_through);
     }
 }

@@ -5,7 +5,7 @@ use brewster_optics::lobe::{DELTA, power_heuristic};
 
 use crate::context::Context;
 use crate::media::MediaStacks;
-use crate::queues::{Contribution, ContributionQueue, HitsOf, OnEmissive, PathRaysView};
+use crate::queues::{Contribution, ContributionQueue, End, HitsOf, OnEmissive, PathRaysView};
 use crate::stats::Counts;
 
 /// Gives each hit the surface's radiance, of which shadow rays bring the part that they find better; nothing is reflected.
@@ -40,6 +40,7 @@ pub fn shade_emissive(
         };
         let scale = share * context.radiance_scale(stacks, ray.media);
         let radiance = scene.textures.evaluate(emissive.radiance[hit.material as usize], hit.point.uv);
-        contributions.push(Contribution { radiance: ray.weight * radiance * scale, sample: ray.sample });
+        let trail = ray.trail.end(End::Emitter);
+        contributions.push(Contribution { radiance: ray.weight * radiance * scale, sample: ray.sample, trail });
     }
 }

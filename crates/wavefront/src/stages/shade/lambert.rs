@@ -29,7 +29,7 @@ pub fn shade_lambert(
             let cosine = seen.direction.dot(normal);
             if cosine > 0.0 && seen.direction.dot(geometric) > 0.0 {
                 let reflected = ray.weight * diffuse * cosine * seen.irradiance;
-                send_shadow_ray(shadows, &hit, ray.sample, ray.media, &light, seen.direction, reflected);
+                send_shadow_ray(shadows, &hit, &ray, ray.media, &light, seen.direction, reflected);
             }
         }
     }

@@ -48,7 +48,7 @@ pub fn shade_metal(
             }
             let highlight = specular * r0 * phong_highlight(seen.direction, mirror, material.exponent);
             let reflected: Vec3 = ray.weight * highlight * seen.irradiance;
-            send_shadow_ray(shadows, &hit, ray.sample, ray.media, &light, seen.direction, reflected);
+            send_shadow_ray(shadows, &hit, &ray, ray.media, &light, seen.direction, reflected);
         }
         let cos_i = (-direction.dot(normal)).clamp(0.0, 1.0);
         let reflectance = match material.fresnel {

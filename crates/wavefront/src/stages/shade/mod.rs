@@ -19,7 +19,7 @@ use brewster_geometry::offset_origin;
 use glam::Vec3;
 
 use crate::media::MediaId;
-use crate::queues::{DepthQueues, PathRay, ShadowQueue, ShadowRay, SurfaceHit};
+use crate::queues::{DepthQueues, Event, PathRay, ShadowQueue, ShadowRay, SurfaceHit};
 use crate::stats::Counts;
 
 /// Where reflections and transmissions go: the queues of the next depth, unless that lies beyond the maximum.
@@ -37,7 +37,8 @@ impl Continuation<'_> {
     fn reflect(&mut self, ray: PathRay, counts: &mut Counts) {
         if let Some(next) = self.admit(&ray, counts) {
             counts.reflections += 1;
-            next.reflection.push(PathRay { branch: ray.branch.wrapping_mul(2), ..ray });
+            let (branch, trail) = (ray.branch.wrapping_mul(2), ray.trail.then(Event::Mirrored));
+            next.reflection.push(PathRay { branch, trail, ..ray });
         }
     }
 
@@ -46,7 +47,8 @@ impl Continuation<'_> {
     fn transmit(&mut self, ray: PathRay, counts: &mut Counts) {
         if let Some(next) = self.admit(&ray, counts) {
             counts.transmissions += 1;
-            next.transmission.push(PathRay { branch: ray.branch.wrapping_mul(2).wrapping_add(1), ..ray });
+            let (branch, trail) = (ray.branch.wrapping_mul(2).wrapping_add(1), ray.trail.then(Event::Refracted));
+            next.transmission.push(PathRay { branch, trail, ..ray });
         }
     }
 
@@ -68,7 +70,7 @@ impl Continuation<'_> {
 fn send_shadow_ray(
     queue: &mut ShadowQueue,
     hit: &SurfaceHit,
-    sample: u32,
+    ray: &PathRay,
     media: MediaId,
     light: &brewster_buffers::Light,
     toward: Vec3,
@@ -88,7 +90,8 @@ fn send_shadow_ray(
         direction_z: seen.direction.z,
         distance: seen.distance,
         contribution,
-        sample,
+        sample: ray.sample,
+        trail: ray.trail,
         media,
     });
 }

@@ -7,7 +7,7 @@ use glam::Vec3;
 
 use super::{facing_normals, send_shadow_ray};
 use crate::context::Context;
-use crate::queues::{Contribution, ContributionQueue, HitsOf, OnPhong, PathRaysView, ShadowQueue};
+use crate::queues::{Contribution, ContributionQueue, End, HitsOf, OnPhong, PathRaysView, ShadowQueue};
 
 /// For each hit: the ambient term as a contribution, and for each light on the viewer's side a shadow ray with
 /// (albedo/π · N·L + ks · max(0, L·R)^exponent) · irradiance.
@@ -33,7 +33,7 @@ pub fn shade_phong(
         let (diffuse, specular) = (lambert::brdf(color(material.diffuse)), color(material.specular));
 
         let ambient = ray.weight * color(material.ambient) * scene.ambient;
-        contributions.push(Contribution { radiance: ambient, sample: ray.sample });
+        contributions.push(Contribution { radiance: ambient, sample: ray.sample, trail: ray.trail.end(End::Surface) });
         for index in 0..scene.lights.len() {
             let light = scene.lights.get(index);
             let seen = light.illuminate(hit.point.position);
@@ -43,7 +43,7 @@ pub fn shade_phong(
             }
             let highlight = specular * phong_highlight(seen.direction, mirror, material.exponent);
             let reflected: Vec3 = ray.weight * (diffuse * cosine + highlight) * seen.irradiance;
-            send_shadow_ray(shadows, &hit, ray.sample, ray.media, &light, seen.direction, reflected);
+            send_shadow_ray(shadows, &hit, &ray, ray.media, &light, seen.direction, reflected);
         }
     }
 }
