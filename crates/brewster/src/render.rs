@@ -52,10 +52,12 @@ impl Default for RenderOptions {
 pub struct SampleCounts {
     /// Those that the settings ask for.
     pub asked: u32,
-    /// Those of the pixel with the fewest: less than `most` only after a stop in the first pass.
+    /// Those of the pixel with the fewest: less than `most` only after a stop in the first pass or with a noise threshold.
     pub least: u32,
     /// Those of the pixel with the most.
     pub most: u32,
+    /// Those of all pixels together.
+    pub total: u64,
 }
 
 /// A picture that is being rendered.
@@ -81,7 +83,8 @@ impl<'s> Render<'s> {
         let mut timeline = session.timeline().clone();
         let (begin, start) = (Instant::now(), timeline.now());
         let renderer = Renderer::new(buffers, camera, options.threads, options.policy, options.trace)?;
-        let film = Film::keeping(order, options.keep);
+        let squares = options.keep.squares || buffers.settings.noise_threshold.is_some();
+        let film = Film::keeping(order, Keep { squares, ..options.keep });
         timeline.note("prepare", begin);
         let pace = Pace::new(options.pass_time);
         Ok(Render { session, options, camera, timeline, renderer, start, film, pace, done: 0, stopped: false })
@@ -90,6 +93,11 @@ impl<'s> Render<'s> {
     /// Samples per pixel that are still to be taken; none after a stop in the first pass.
     pub fn remaining(&self) -> u32 {
         if self.stopped { 0 } else { self.session.buffers().settings.samples - self.done }
+    }
+
+    /// Whether all pixels have the samples that are asked for, or all that the noise threshold lets them have.
+    pub fn is_complete(&self) -> bool {
+        !self.stopped && self.remaining() == 0
     }
 
     /// Adds samples to every pixel: first one, later as many as take about [`RenderOptions::pass_time`]. A stop ends the first
@@ -126,6 +134,7 @@ impl<'s> Render<'s> {
             asked: self.session.buffers().settings.samples,
             least: samples.iter().copied().min().unwrap_or(0),
             most: samples.iter().copied().max().unwrap_or(0),
+            total: samples.iter().map(|&samples| u64::from(samples)).sum(),
         }
     }
 

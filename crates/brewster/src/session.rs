@@ -32,6 +32,8 @@ pub struct SettingsChoices {
     pub max_depth: Option<u32>,
     /// Samples per pixel.
     pub samples: Option<u32>,
+    /// The noise below which blocks of pixels get no more samples, above 0.
+    pub noise_threshold: Option<f32>,
     /// What chooses the pattern of samples.
     pub seed: Option<u64>,
     /// Where random numbers come from.
@@ -44,11 +46,22 @@ pub struct SettingsChoices {
 
 impl SettingsChoices {
     fn apply(&self, settings: &mut Settings) {
-        let SettingsChoices { resolution, integrator, max_depth, samples, seed, sampler, split_depth, clamp } = *self;
+        let SettingsChoices {
+            resolution,
+            integrator,
+            max_depth,
+            samples,
+            noise_threshold,
+            seed,
+            sampler,
+            split_depth,
+            clamp,
+        } = *self;
         settings.resolution = resolution.unwrap_or(settings.resolution);
         settings.integrator = integrator.unwrap_or(settings.integrator);
         settings.max_depth = max_depth.unwrap_or(settings.max_depth);
         settings.samples = samples.unwrap_or(settings.samples);
+        settings.noise_threshold = noise_threshold.or(settings.noise_threshold);
         settings.seed = seed.unwrap_or(settings.seed);
         settings.sampler = sampler.unwrap_or(settings.sampler);
         settings.split_depth = split_depth.unwrap_or(settings.split_depth);

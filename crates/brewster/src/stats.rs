@@ -47,6 +47,7 @@ struct SettingsStats {
     integrator: String,
     max_depth: u32,
     samples: u32,
+    noise_threshold: Option<f32>,
     seed: u64,
     sampler: String,
     split_depth: u32,
@@ -65,6 +66,7 @@ struct SampleStats {
     asked: u32,
     least: u32,
     most: u32,
+    total: u64,
 }
 
 #[derive(Clone, Debug, Serialize)]
@@ -202,7 +204,12 @@ impl StatsFile {
                 warnings: session.warnings().len(),
             },
             settings: SettingsStats::new(render),
-            samples: SampleStats { asked: samples.asked, least: samples.least, most: samples.most },
+            samples: SampleStats {
+                asked: samples.asked,
+                least: samples.least,
+                most: samples.most,
+                total: samples.total,
+            },
             depths: (stats.depths.iter().zip(0..))
                 .map(|(at, depth)| DepthStats {
                     depth,
@@ -236,6 +243,7 @@ impl SettingsStats {
             integrator: format!("{:?}", settings.integrator),
             max_depth: settings.max_depth,
             samples: settings.samples,
+            noise_threshold: settings.noise_threshold,
             seed: settings.seed,
             sampler: format!("{:?}", settings.sampler),
             split_depth: settings.split_depth,

@@ -13,6 +13,8 @@ pub struct Settings {
     pub max_depth: u32,
     /// Samples per pixel, at least 1.
     pub samples: u32,
+    /// Blocks of pixels whose estimated noise is below this get no more samples; above 0. None: all get as many.
+    pub noise_threshold: Option<f32>,
     /// Chooses the pattern of samples.
     pub seed: u64,
     /// Where the numbers come from that decide what a sample does.
@@ -46,6 +48,7 @@ impl Default for Settings {
             integrator: Integrator::Whitted,
             max_depth: 2,
             samples: 16,
+            noise_threshold: None,
             seed: 0,
             sampler: SamplerKind::Sobol,
             split_depth: 1,

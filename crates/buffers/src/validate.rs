@@ -180,6 +180,7 @@ fn can_be_met(settings: &Settings) -> bool {
         && settings.clamp > 0.0
         && settings.ray_offset >= 0.0
         && settings.ray_offset.is_finite()
+        && settings.noise_threshold.is_none_or(|threshold| threshold > 0.0)
 }
 
 #[cfg(test)]
@@ -265,5 +266,6 @@ mod tests {
         check("background", |b| b.background = Background::Constant(Vec3::NAN));
         check("settings", |b| b.settings.samples = 0);
         check("settings", |b| b.settings.clamp = 0.0);
+        check("settings", |b| b.settings.noise_threshold = Some(f32::NAN));
     }
 }

@@ -1,5 +1,7 @@
 //! The film: integer sums per pixel, to which samples are added in any order.
 
+use std::ops::Range;
+
 use brewster_lanes::columns;
 
 use crate::light::{in_range, to_fixed};
@@ -201,15 +203,28 @@ impl Film {
 
     /// The film cut into tiles of `pixels_per_tile` consecutive pixels (the last may have fewer; 0 counts as 1), in order.
     pub fn tiles_mut(&mut self, pixels_per_tile: usize) -> Vec<FilmTile<'_>> {
+        let all = 0..self.pixels.len() as u32;
+        self.tiles_of(&[all], pixels_per_tile)
+    }
+
+    /// The same of some runs of pixels, each behind the one before it.
+    ///
+    /// # Panics
+    ///
+    /// Runs overlap, are in another order, or leave the film.
+    pub fn tiles_of(&mut self, runs: &[Range<u32>], pixels_per_tile: usize) -> Vec<FilmTile<'_>> {
         let pixels_per_tile = pixels_per_tile.max(1);
-        let mut tiles = Vec::with_capacity(self.pixels.len().div_ceil(pixels_per_tile));
+        let mut tiles = Vec::with_capacity(runs.iter().map(|run| run.len().div_ceil(pixels_per_tile)).sum());
         let mut rest = self.tile_mut();
-        while rest.len() > pixels_per_tile {
-            let (tile, after) = rest.split_at(pixels_per_tile);
-            tiles.push(tile);
-            rest = after;
+        for run in runs {
+            let skipped = run.start.checked_sub(rest.first).expect("runs follow each other");
+            rest = rest.split_at(skipped as usize).1;
+            for start in run.clone().step_by(pixels_per_tile) {
+                let (tile, after) = rest.split_at(pixels_per_tile.min((run.end - start) as usize));
+                tiles.push(tile);
+                rest = after;
+            }
         }
-        tiles.push(rest);
         tiles
     }
 
@@ -454,6 +469,23 @@ mod tests {
         assert!(film.pixels().samples.iter().all(|&samples| samples == 6));
         film.clear();
         assert_eq!(film, Film::keeping(order, Keep::ALL));
+    }
+
+    #[test]
+    fn tiles_of_runs_leave_the_rest_alone() {
+        let mut film = Film::keeping(PixelOrder::new(13, 9, None).unwrap(), Keep::ALL);
+        let runs = [3..4, 4..20, 60..117];
+        for pixels_per_tile in [1, 7, 1000] {
+            for mut tile in film.tiles_of(&runs, pixels_per_tile) {
+                assert!(tile.len() <= pixels_per_tile);
+                (0..tile.len() as u32).for_each(|local| tile.add_sample(local, Light::NONE));
+            }
+        }
+        for (index, &samples) in (0..).zip(film.pixels().samples) {
+            let expected = if runs.iter().any(|run| run.contains(&index)) { 3 } else { 0 };
+            assert_eq!(samples, expected, "pixel {index}");
+        }
+        assert!(film.tiles_of(&[], 5).is_empty());
     }
 
     #[test]

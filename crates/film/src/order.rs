@@ -1,5 +1,7 @@
 //! Which pixel comes when: the film stores pixels in the order in which camera rays visit them.
 
+use std::ops::Range;
+
 use crate::FilmError;
 
 /// A rectangle of pixels; `x` grows to the right and `y` downwards from the picture's top left corner.
@@ -94,6 +96,17 @@ impl PixelOrder {
         (self.window.x + column * TILE + x, self.window.y + row * TILE + y)
     }
 
+    /// The tiles of [`TILE`] x [`TILE`] pixels, and those that a border cuts, in order: each a run of indices.
+    pub fn tiles(&self) -> impl Iterator<Item = Range<u32>> + use<> {
+        let Window { width, height, .. } = self.window;
+        let sides = |length: u32| (0..length).step_by(TILE as usize).map(move |start| TILE.min(length - start));
+        let mut end = 0;
+        sides(height).flat_map(move |rows| sides(width).map(move |columns| rows * columns)).map(move |pixels| {
+            end += pixels;
+            end - pixels..end
+        })
+    }
+
     /// The index of the pixel at (x, y) of the picture; `None` outside the window.
     #[inline]
     pub fn index(&self, x: u32, y: u32) -> Option<u32> {
@@ -161,6 +174,22 @@ mod tests {
             [order.pixel(63), order.pixel(64), order.pixel(128), order.pixel(160)],
             [(7, 7), (8, 0), (16, 0), (0, 8)]
         );
+    }
+
+    #[test]
+    fn tiles_are_the_squares_that_the_window_is_cut_into() {
+        for (width, height) in [(40, 30), (8, 8), (3, 17), (1, 1)] {
+            let order = PixelOrder::new(width, height, None).unwrap();
+            let mut end = 0;
+            for tile in order.tiles() {
+                assert_eq!(tile.start, end);
+                let square = |index: u32| (order.pixel(index).0 / TILE, order.pixel(index).1 / TILE);
+                assert!(tile.clone().all(|index| square(index) == square(tile.start)), "{tile:?}");
+                end = tile.end;
+            }
+            assert_eq!(end as usize, order.len());
+            assert_eq!(order.tiles().count() as u32, width.div_ceil(TILE) * height.div_ceil(TILE));
+        }
     }
 
     #[test]

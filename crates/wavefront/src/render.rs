@@ -9,6 +9,7 @@ use std::time::Instant;
 use brewster_buffers::{Camera, Integrator, SceneBuffers};
 use brewster_film::Film;
 
+use crate::adaptive::{next_look, unfinished};
 use crate::batch::Batch;
 use crate::context::Context;
 use crate::integrator::{path, whitted};
@@ -145,12 +146,31 @@ impl<'a> Renderer<'a> {
     /// Adds samples to every pixel of the film, or, if it is stopped in the pass that holds sample 0, to those of the batches
     /// that had begun. Tells whether all pixels got them.
     ///
-    /// Samples are numbered from 0 to the scene's number of samples; panics beyond.
+    /// Samples are numbered from 0 to the scene's number of samples; panics beyond. With a noise threshold, they are added to
+    /// those pixels that have got all before them and are not [finished](Film::noise); panics if the film does not keep squares.
     pub fn pass(&mut self, samples: Range<u32>, film: &mut Film, control: &Control) -> bool {
-        assert!(samples.end <= self.context.scene.settings.samples, "samples {samples:?} are not in the scene's");
+        let settings = &self.context.scene.settings;
+        assert!(samples.end <= settings.samples, "samples {samples:?} are not in the scene's");
+        let Some(threshold) = settings.noise_threshold else {
+            let all = 0..film.order().len() as u32;
+            return self.pass_over(&[all], samples, film, control);
+        };
+        let mut start = samples.start;
+        while start < samples.end {
+            let end = next_look(start).min(samples.end);
+            if !self.pass_over(&unfinished(film, start, threshold), start..end, film, control) {
+                return false;
+            }
+            start = end;
+        }
+        true
+    }
+
+    /// Adds samples to some runs of pixels.
+    fn pass_over(&mut self, runs: &[Range<u32>], samples: Range<u32>, film: &mut Film, control: &Control) -> bool {
         let first = samples.start == 0;
         let pixels = (self.context.policy.batch / samples.len().max(1)).max(1);
-        let tiles = Mutex::new(film.tiles_mut(pixels).into_iter());
+        let tiles = Mutex::new(film.tiles_of(runs, pixels).into_iter());
         let context = &self.context;
         self.pool.scope(|scope| {
             for batch in &mut self.batches {

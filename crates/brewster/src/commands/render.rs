@@ -38,6 +38,10 @@ pub(crate) struct Arguments {
     /// Samples per pixel.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_048_576))]
     pub samples: Option<u32>,
+    /// Give no more samples to blocks of 8 by 8 pixels whose noise, as estimated after 16, 32, 64 and so on samples, is below
+    /// this part of the display's range, such as 0.01.
+    #[arg(long, value_name = "PART", value_parser = values::above_zero)]
+    pub noise_threshold: Option<f32>,
     /// The number of interactions on a path that may scatter on.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=1000))]
     pub max_depth: Option<u32>,
@@ -170,6 +174,7 @@ impl Arguments {
             integrator: self.integrator,
             max_depth: self.max_depth,
             samples: self.samples,
+            noise_threshold: self.noise_threshold,
             seed: self.seed,
             sampler: self.sampler,
             split_depth: self.split_depth,
@@ -279,7 +284,7 @@ pub(crate) fn trace(
     let samples = render.samples();
     let time = duration(render.timeline().total("trace"));
     progress.end(format_args!("{time}, {:.2} Mrays/s", rate(render)));
-    if samples.least == samples.asked {
+    if render.is_complete() {
         return true;
     }
     let has = match samples.least == samples.most {
@@ -350,7 +355,11 @@ fn summarize(render: &Render<'_>, terminal: Terminal, warnings: usize) {
         terminal.say(format_args!("  {queue:16} {:>12}", count(rays)));
     }
     energy(&stats.ledger(), terminal);
-    let film = render.film();
+    let (film, samples) = (render.film(), render.samples());
+    if samples.least < samples.most {
+        let mean = samples.total as f64 / film.order().len() as f64;
+        terminal.say(format_args!("samples  {} to {} a pixel, {mean:.1} on average", samples.least, samples.most));
+    }
     for (number, what) in [(film.rejected(), "that are no light, left out"), (film.saturated(), "too bright, cut off")]
     {
         if number > 0 {

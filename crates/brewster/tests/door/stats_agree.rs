@@ -49,7 +49,7 @@ fn counts_add_up() {
             assert_eq!(number(&row["traced"]), ends, "{queue} at depth {}", depth["depth"]);
         }
     }
-    assert_eq!(stats["samples"], serde_json::json!({"asked": 4, "least": 4, "most": 4}));
+    assert_eq!(stats["samples"], serde_json::json!({"asked": 4, "least": 4, "most": 4, "total": 48 * 32 * 4}));
     assert_eq!(stats["film"], serde_json::json!({"rejected": 0, "saturated": 0}));
 }
 

@@ -63,6 +63,9 @@ schema! {
         max_depth: u32 where DEPTH = "2" => "5",
         /// Samples per pixel.
         samples: u32 where SAMPLES = "16" => "64",
+        /// Blocks of 8 by 8 pixels whose noise, as estimated after 16, 32, 64 and so on samples, is below this part of the
+        /// display's range get no more samples. Without it all pixels get as many.
+        noise_threshold: Option<f32> where ABOVE_ZERO => "0.01",
         /// Chooses the pattern of samples.
         seed: u64 = "0" => "7",
         /// Where the numbers come from that decide what a sample does.

@@ -15,7 +15,12 @@ use crate::random::Random;
 #[test]
 fn settings_of_paths() {
     let (_, world) = load(
-        "Scene(settings: (integrator: Path, sampler: Independent, split_depth: 3, roulette: false, clamp: 20), background: 1)",
+        "Scene(
+            settings: (
+                integrator: Path, sampler: Independent, split_depth: 3, roulette: false, clamp: 20, noise_threshold: 0.5,
+            ),
+            background: 1,
+        )",
     );
     let expected = parts::Settings {
         integrator: Integrator::Path,
@@ -23,6 +28,7 @@ fn settings_of_paths() {
         split_depth: 3,
         roulette: false,
         clamp: 20.0,
+        noise_threshold: Some(0.5),
         ..parts::Settings::default()
     };
     assert_eq!(world.resource::<Settings>().0, expected);
@@ -30,7 +36,7 @@ fn settings_of_paths() {
     let overrides = overrides.map(|(field, value)| (format!("settings.{field}"), value.to_owned())).into();
     let (_, world) = load_with("Scene(background: 1)", LoadOptions { overrides, ..LoadOptions::default() });
     let expected =
-        parts::Settings { sampler: SamplerKind::Sobol, split_depth: 0, roulette: true, clamp: 5.0, ..expected };
+        parts::Settings { integrator: Integrator::Path, split_depth: 0, clamp: 5.0, ..parts::Settings::default() };
     assert_eq!(world.resource::<Settings>().0, expected);
 }
 

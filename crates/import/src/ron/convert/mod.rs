@@ -35,6 +35,7 @@ pub(crate) fn settings(settings: &schema::Settings, integrator: parts::Integrato
         integrator,
         max_depth: settings.max_depth,
         samples: settings.samples,
+        noise_threshold: settings.noise_threshold,
         seed: settings.seed,
         sampler: match settings.sampler {
             schema::Sampler::Sobol {} => parts::SamplerKind::Sobol,
