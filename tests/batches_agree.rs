@@ -25,6 +25,7 @@ fn check(name: &str, scene: &SceneBuffers, policies: impl IntoIterator<Item = Po
     for policy in policies {
         let (other, counted) = render_with(scene, policy, 1);
         assert!(other == film, "{name} is another picture by {policy:?}");
+        assert_eq!(counted.attribution, stats.attribution, "{name} by {policy:?}");
         assert_eq!(counts(&counted), counts(&stats), "{name} by {policy:?}");
     }
 }
@@ -92,6 +93,7 @@ fn in_any_number_of_passes() {
             assert!(one.pass(samples, &mut sum, &Control::default()));
         }
         assert!(sum == whole, "{name} is another picture in passes");
+        assert_eq!(one.stats().attribution, stats.attribution, "{name} in passes");
         assert_eq!(counts(&one.stats()), counts(&stats), "{name} in passes");
 
         let mut merged = film(&scene);

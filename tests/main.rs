@@ -1,5 +1,6 @@
 //! What the project claims as a whole, one module a claim.
 //!
+//! - `attributed`: light held back, the largest contributions and what is no light are told with where they came from.
 //! - `batches_agree`: the same picture, bit for bit, however work is scheduled.
 //! - `closed_forms`: pictures that are known by hand.
 //! - `conservation`: no ray is lost or made up between queues.
@@ -22,6 +23,7 @@
 //!
 //! What claims share: `scene` reads and renders, `recursion` is the plain recursion, `textbook` has the formulas.
 
+mod attributed;
 mod batches_agree;
 mod closed_forms;
 mod conservation;

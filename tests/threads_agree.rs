@@ -13,6 +13,7 @@ fn check(name: &str, scene: &SceneBuffers) {
     for threads in [2, 7] {
         let (other, counted) = render_with(scene, policy, threads);
         assert!(other == film, "{name} on {threads} threads is another picture");
+        assert_eq!(counted.attribution, stats.attribution, "{name} on {threads} threads");
         assert_eq!(counts(&counted), counts(&stats), "{name} on {threads} threads");
     }
 }

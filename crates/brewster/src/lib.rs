@@ -35,6 +35,7 @@
 //! The crates of the data's way, from file to file: [`import`], [`world`], [`buffers`], [`wavefront`], [`film`]; below them
 //! [`optics`], [`geometry`] and [`lanes`].
 
+mod origin;
 mod pace;
 mod render;
 mod session;
@@ -50,6 +51,7 @@ pub use brewster_optics as optics;
 pub use brewster_wavefront as wavefront;
 pub use brewster_world as world;
 
+pub use origin::NamedOrigin;
 pub use render::{Render, RenderOptions, SampleCounts};
 pub use session::{Session, SessionError, SessionOptions, SettingsChoices};
 pub use stats::{STATS_VERSION, StatsFile, peak_memory, tree_time};

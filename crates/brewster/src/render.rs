@@ -9,6 +9,7 @@ use brewster_film::{
 };
 use brewster_wavefront::{Control, Policy, Renderer, Stats};
 
+use crate::origin::NamedOrigin;
 use crate::pace::Pace;
 use crate::stats::{self, StatsFile};
 use crate::{PROGRAM, Session, SessionError, Timeline};
@@ -125,6 +126,18 @@ impl<'s> Render<'s> {
     /// What was counted and timed so far.
     pub fn stats(&self) -> Stats {
         self.renderer.stats()
+    }
+
+    /// Contributions that were no light, at most [`KEPT`](brewster_wavefront::attribution::KEPT): the first by pixel and sample.
+    pub fn not_light(&self) -> Vec<NamedOrigin> {
+        let name = |origin| NamedOrigin::new(self.session, origin);
+        self.stats().attribution.not_light().iter().map(name).collect()
+    }
+
+    /// The largest contributions that came by way of a surface, as many at most, the largest first.
+    pub fn fireflies(&self) -> Vec<NamedOrigin> {
+        let name = |origin| NamedOrigin::new(self.session, origin);
+        self.stats().attribution.largest().iter().map(name).collect()
     }
 
     /// Samples per pixel so far.

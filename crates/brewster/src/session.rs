@@ -196,6 +196,11 @@ impl Session {
         &mut self.scene
     }
 
+    /// The entities.
+    pub fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
     /// The columns as the last flatten left them.
     pub fn buffers(&self) -> &SceneBuffers {
         self.scene.buffers()

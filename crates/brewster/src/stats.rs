@@ -6,12 +6,14 @@
 
 use std::time::Duration;
 
+use brewster_film::SCALE;
 use brewster_wavefront::ledger::Ledger;
 use brewster_wavefront::queues::RaySource;
 use brewster_wavefront::{Counts, Stage, Stats};
 use brewster_world::{FlattenReport, RowEdits, TopTreeEdit};
 use serde::{Serialize, Serializer};
 
+use crate::origin::NamedOrigin;
 use crate::{PROGRAM, Render};
 
 /// The version of the format.
@@ -29,6 +31,8 @@ pub struct StatsFile {
     totals: TotalStats,
     flatten: FlattenStats,
     film: FilmStats,
+    not_light: Vec<NamedOrigin>,
+    fireflies: Vec<NamedOrigin>,
     times: TimeStats,
 }
 
@@ -146,6 +150,7 @@ struct TopTreeStats {
 struct FilmStats {
     rejected: u64,
     saturated: u64,
+    clamped: [f64; 3],
 }
 
 /// What differs from run to run: times in seconds, and what they depend on.
@@ -226,7 +231,13 @@ impl StatsFile {
                 shadow: total.shadow_segments,
             },
             flatten: FlattenStats::new(session.report()),
-            film: FilmStats { rejected: render.film().rejected(), saturated: render.film().saturated() },
+            film: FilmStats {
+                rejected: render.film().rejected(),
+                saturated: render.film().saturated(),
+                clamped: total.clamped.0.map(|sum| sum as f64 / SCALE),
+            },
+            not_light: render.not_light(),
+            fireflies: render.fireflies(),
             times: TimeStats::new(render, &stats),
         }
     }

@@ -2,6 +2,7 @@
 
 use brewster_geometry::HitColumns;
 
+use crate::attribution::Attribution;
 use crate::media::MediaStacks;
 use crate::queues::{ContributionQueue, Levels, PathRayColumns, SampleColumns, ShadowQueue};
 use crate::stages::{ShadowScratch, SortedHits};
@@ -31,6 +32,8 @@ pub struct Batch {
     pub samples: SampleColumns,
     /// The sets of media that rays are in.
     pub stacks: MediaStacks,
+    /// The contributions that are worth a look.
+    pub attribution: Attribution,
     /// What is counted and timed.
     pub recorder: Recorder,
 }
@@ -49,6 +52,7 @@ impl Batch {
             contributions: ContributionQueue::new(),
             samples: SampleColumns::new(),
             stacks: MediaStacks::default(),
+            attribution: Attribution::default(),
             recorder,
         }
     }

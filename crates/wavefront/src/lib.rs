@@ -36,6 +36,7 @@
 
 mod adaptive;
 pub mod albedo;
+pub mod attribution;
 pub mod batch;
 pub mod context;
 pub mod integrator;

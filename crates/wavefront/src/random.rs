@@ -43,7 +43,7 @@ pub use brewster_buffers::SamplerKind;
 use brewster_lanes::{columns, dispatch};
 
 /// A pixel's place on the Z-order curve: bits of x and y in turn.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct PixelKey(u32);
 
 impl PixelKey {
@@ -51,6 +51,12 @@ impl PixelKey {
     #[inline(always)]
     pub fn new(x: u32, y: u32) -> PixelKey {
         PixelKey(spread_bits(x) | spread_bits(y) << 1)
+    }
+
+    /// The pixel's place (x, y) in the picture.
+    pub fn place(self) -> (u32, u32) {
+        let every_other = |bits: u32| (0..16).fold(0, |place, bit| place | (bits >> (2 * bit) & 1) << bit);
+        (every_other(self.0), every_other(self.0 >> 1))
     }
 }
 
@@ -394,6 +400,13 @@ mod tests {
             counts[cell] += 1;
         }
         counts
+    }
+
+    #[test]
+    fn keys_tell_their_place() {
+        for place in [(0, 0), (1, 0), (0, 1), (5, 9), (65_535, 12_345), (40_000, 65_535)] {
+            assert_eq!(PixelKey::new(place.0, place.1).place(), place);
+        }
     }
 
     #[test]

@@ -197,6 +197,7 @@ impl<'a> Renderer<'a> {
         let mut sum = Stats::new(self.context.scene.settings.max_depth);
         for batch in &self.batches {
             sum.add(&batch.recorder.stats);
+            sum.attribution.merge(&batch.attribution);
             sum.queue_bytes = sum.queue_bytes.max(batch.queue_bytes());
         }
         sum

@@ -5,7 +5,9 @@
 use std::time::{Duration, Instant};
 
 use brewster_buffers::Integrator;
+use brewster_film::Light;
 
+use crate::attribution::Attribution;
 use crate::ledger::Ledger;
 use crate::queues::RaySource;
 
@@ -145,12 +147,14 @@ pub struct Counts {
     pub below_threshold: u64,
     /// Paths ended by chance because they had become too weak; those that chance spared weigh more.
     pub given_up: u64,
-    /// Scattered rays that came out black or nowhere: what the surface absorbed, by its sampler's choice.
+    /// Scattered rays that came out black, nowhere or as no number: what the surface absorbed, by its sampler's choice.
     pub absorbed: u64,
     /// Scattered rays beyond one a hit, where a split sends two.
     pub branched: u64,
     /// Where the energy went, if the policy asks for a ledger.
     pub ledger: Ledger,
+    /// Light that the scene's clamp held back.
+    pub clamped: Light,
     /// Rays sent toward lights.
     pub shadow_rays: u64,
     /// Those that something stopped.
@@ -181,6 +185,7 @@ impl Counts {
         self.absorbed += other.absorbed;
         self.branched += other.branched;
         self.ledger.merge(&other.ledger);
+        self.clamped.add(other.clamped);
         self.shadow_rays += other.shadow_rays;
         self.shadowed += other.shadowed;
         self.shadow_segments += other.shadow_segments;
@@ -229,6 +234,8 @@ pub struct Span {
 pub struct Stats {
     /// One a depth, from 0 to the maximum.
     pub depths: Vec<DepthStats>,
+    /// The contributions that are worth a look.
+    pub attribution: Attribution,
     /// The most bytes that one batch's queues took.
     pub queue_bytes: usize,
 }
@@ -236,7 +243,8 @@ pub struct Stats {
 impl Stats {
     /// Nothing yet, for depths up to a maximum.
     pub fn new(max_depth: u32) -> Stats {
-        Stats { depths: vec![DepthStats::default(); max_depth as usize + 1], queue_bytes: 0 }
+        let depths = vec![DepthStats::default(); max_depth as usize + 1];
+        Stats { depths, attribution: Attribution::default(), queue_bytes: 0 }
     }
 
     /// Adds what another part of the render counted.
@@ -249,6 +257,7 @@ impl Stats {
                 }
             }
         }
+        self.attribution.merge(&other.attribution);
         self.queue_bytes = self.queue_bytes.max(other.queue_bytes);
     }
 

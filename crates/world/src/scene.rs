@@ -2,11 +2,12 @@
 
 use bevy_ecs::bundle::Bundle;
 use bevy_ecs::hierarchy::{ChildOf, Children};
+use bevy_ecs::name::Name;
 use bevy_ecs::schedule::Schedule;
 use bevy_ecs::world::{EntityWorldMut, World};
 use brewster_buffers::SceneBuffers;
 
-use crate::components::Transform;
+use crate::components::{SceneKey, Transform};
 use crate::flatten::{self, Buffers, FlattenReport};
 
 /// A scene as entities, and as the columns that [`Scene::flatten`] last wrote.
@@ -48,6 +49,12 @@ impl Scene {
     /// Spawns an entity: `world_mut().spawn(bundle)`.
     pub fn spawn(&mut self, bundle: impl Bundle) -> EntityWorldMut<'_> {
         self.world.spawn(bundle)
+    }
+
+    /// The name of the entity of that key, if it has one.
+    pub fn name_of(&self, key: SceneKey) -> Option<&str> {
+        let mut named = self.world.try_query::<(&SceneKey, &Name)>()?;
+        named.iter(&self.world).find(|(other, _)| **other == key).map(|(_, name)| name.as_str())
     }
 
     /// Brings the columns up to date with the entities. Costs what was edited since the last time; the columns are those of a new

@@ -32,7 +32,7 @@ const EXIT_CODES: &str = "Exit codes: 0 done; 1 the input cannot be used or the 
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    Render(render::Arguments),
+    Render(Box<render::Arguments>),
     Check(check::Arguments),
     Fresnel(fresnel::Arguments),
     Compare(compare::Arguments),

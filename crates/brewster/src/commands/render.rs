@@ -7,11 +7,11 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use brewster::buffers::{Integrator, SamplerKind, Settings, ToneMapping};
-use brewster::film::{Display, Format, Keep, PngDepth, PngSettings, ToneMap, Window};
+use brewster::film::{Display, Format, Keep, PngDepth, PngSettings, SCALE, ToneMap, Window};
 use brewster::wavefront::ledger::{Energy, Ledger};
 use brewster::wavefront::queues::RaySource;
 use brewster::wavefront::{Control, Policy, Stage};
-use brewster::{Render, RenderOptions, Session, SettingsChoices, peak_memory, tree_time};
+use brewster::{NamedOrigin, Render, RenderOptions, Session, SettingsChoices, peak_memory, tree_time};
 use clap::{Args, ValueEnum};
 use glam::UVec2;
 
@@ -89,6 +89,9 @@ pub(crate) struct Arguments {
     /// Write when every worker did what, for Perfetto.
     #[arg(long, value_name = "FILE.json")]
     pub trace: Option<PathBuf>,
+    /// Say which contributions were the largest, and where they came from.
+    #[arg(long, conflicts_with = "watch")]
+    pub fireflies: bool,
     /// Say nothing but errors.
     #[arg(short, long)]
     pub quiet: bool,
@@ -141,6 +144,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         render.write_trace(path)?;
     }
     summarize(&render, terminal, warnings);
+    if arguments.fireflies {
+        list("largest", &render.fireflies(), terminal);
+    }
     for path in outputs.iter().chain(&arguments.stats).chain(&arguments.trace) {
         terminal.say(format_args!("wrote    {}", path.display()));
     }
@@ -337,6 +343,13 @@ fn energy(ledger: &Ledger, terminal: Terminal) {
     }
 }
 
+/// Says where contributions came from.
+fn list(what: &str, origins: &[NamedOrigin], terminal: Terminal) {
+    for origin in origins {
+        terminal.say(format_args!("{what:8} {origin}"));
+    }
+}
+
 /// Says what was done, in how much time and memory.
 fn summarize(render: &Render<'_>, terminal: Terminal, warnings: usize) {
     let stats = render.stats();
@@ -365,6 +378,13 @@ fn summarize(render: &Render<'_>, terminal: Terminal, warnings: usize) {
         if number > 0 {
             terminal.say(format_args!("film     {} {what}", plural(number, "contribution")));
         }
+    }
+    list("no light", &render.not_light(), terminal);
+    let clamped = stats.total().clamped.0.map(|sum| sum as f64 / (SCALE * samples.total.max(1) as f64));
+    if let [r, g, b] = clamped
+        && r + g + b > 0.0
+    {
+        terminal.say(format_args!("clamp    took {r:.5} {g:.5} {b:.5} off the picture's mean"));
     }
     if let Some(bytes) = peak_memory() {
         terminal.say(format_args!("memory   {} MiB at its peak", bytes.div_ceil(1 << 20)));

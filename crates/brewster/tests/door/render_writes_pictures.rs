@@ -62,7 +62,7 @@ fn options_take_the_place_of_settings() {
     let settings = &desk.json("a.json")["settings"];
     let expected = serde_json::json!({
         "resolution": [20, 10], "crop": [4, 2, 8, 6], "camera": "", "integrator": "Whitted", "max_depth": 1,
-        "samples": 3, "seed": 5, "sampler": "Sobol", "split_depth": 1, "roulette": true, "clamp": null,
+        "samples": 3, "noise_threshold": null, "seed": 5, "sampler": "Sobol", "split_depth": 1, "roulette": true, "clamp": null,
         "filter": "BlackmanHarris", "transparent_shadows": false,
         "contribution_threshold": 0.0, "exposure": 0.0, "tone_mapping": "Srgb",
     });
@@ -71,6 +71,39 @@ fn options_take_the_place_of_settings() {
     assert_eq!((image.width, image.height), (20, 10));
     let outside = image.color.iter().enumerate().filter(|(index, _)| index % 20 < 4 || index / 20 < 2);
     assert!(outside.into_iter().all(|(_, color)| *color == [0.0; 3]), "outside the crop window");
+}
+
+#[test]
+fn blocks_below_the_noise_threshold_get_no_more_samples() {
+    let desk = Desk::with_scene();
+    let options = "--samples 256 --noise-threshold 0.02 --stats a.json";
+    desk.run(&format!("render scene.ron -o a.exr {options}")).expect(0, "samples  16 to ");
+    let samples = &desk.json("a.json")["samples"];
+    assert_eq!((&samples["asked"], &samples["least"]), (&256.into(), &16.into()));
+    let total = samples["total"].as_u64().unwrap();
+    assert!((48 * 32 * 16..48 * 32 * 256).contains(&total), "{samples}");
+}
+
+#[test]
+fn the_largest_contributions_are_told_with_where_they_came_from() {
+    let desk = Desk::with_scene();
+    desk.run("render scene.ron -o a.png --fireflies --stats a.json").expect(0, "largest  ");
+    let stats = desk.json("a.json");
+    assert_eq!(stats["not_light"], serde_json::json!([]));
+    let fireflies = stats["fireflies"].as_array().unwrap();
+    assert_eq!(fireflies.len(), 16);
+    let largest = |firefly: &serde_json::Value| {
+        let channels = firefly["radiance"].as_array().unwrap().iter();
+        channels.map(|channel| channel.as_f64().unwrap()).fold(0.0, f64::max)
+    };
+    assert!(fireflies.is_sorted_by(|a, b| largest(a) >= largest(b)), "{fireflies:#?}");
+    for firefly in fireflies {
+        let entity = firefly["entity"].as_str().unwrap();
+        assert!(["floor", "ball", "pane"].contains(&entity), "{firefly}");
+        let path = firefly["path"].as_str().unwrap();
+        assert!(path.starts_with("C R ") || path.starts_with("C T "), "{firefly}");
+        assert!(firefly["depth"].as_u64().unwrap() > 0, "{firefly}");
+    }
 }
 
 #[test]

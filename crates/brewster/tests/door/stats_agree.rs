@@ -50,7 +50,7 @@ fn counts_add_up() {
         }
     }
     assert_eq!(stats["samples"], serde_json::json!({"asked": 4, "least": 4, "most": 4, "total": 48 * 32 * 4}));
-    assert_eq!(stats["film"], serde_json::json!({"rejected": 0, "saturated": 0}));
+    assert_eq!(stats["film"], serde_json::json!({"rejected": 0, "saturated": 0, "clamped": [0.0, 0.0, 0.0]}));
 }
 
 /// A scene for the path integrator: a lamp and a gold ball in an even sky.

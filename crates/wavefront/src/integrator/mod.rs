@@ -58,7 +58,8 @@ fn end(batch: &mut Batch, tile: &mut FilmTile<'_>) {
 /// Takes the rays that go next to what they meet: escaped ones get the background, those that meet light its radiance; the
 /// others' hits are left sorted by kind of material. Tells the rays' depth and queue; nothing when no ray waits.
 fn meet(context: &Context<'_>, batch: &mut Batch, tile: &mut FilmTile<'_>) -> Option<(u32, RaySource)> {
-    let Batch { levels, rays, ordered, hits, sorted, contributions, samples, stacks, recorder, .. } = batch;
+    let Batch { levels, rays, ordered, hits, sorted, contributions, samples, stacks, attribution, recorder, .. } =
+        batch;
     let (depth, source) = levels.take(context.policy.order, rays)?;
     let at = |stage| (stage, depth, source);
     recorder.stage(at(Stage::Order), rays.len(), |_| order(context.policy.sort, rays, ordered));
@@ -84,6 +85,8 @@ fn meet(context: &Context<'_>, batch: &mut Batch, tile: &mut FilmTile<'_>) -> Op
     recorder.stage(at(Stage::ShadeEmissive), sorted.emissive.len(), |counts| {
         shade_emissive(context, rays, &sorted.emissive.view(), stacks, contributions, counts);
     });
-    recorder.stage(at(Stage::Gather), contributions.len(), |_| gather(contributions, samples.view_mut(), tile));
+    recorder.stage(at(Stage::Gather), contributions.len(), |counts| {
+        gather(context, depth, contributions, samples.view_mut(), tile, attribution, counts);
+    });
     Some((depth, source))
 }

@@ -18,7 +18,9 @@ pub fn path(context: &Context<'_>, samples: Range<u32>, batch: &mut Batch, tile:
     let run = (context.policy.capacity / SHADOW_RAYS).max(1);
     batch.shadows.reserve(run * SHADOW_RAYS);
     while let Some((depth, source)) = meet(context, batch, tile) {
-        let Batch { levels, rays, sorted, shadows, scratch, contributions, samples, stacks, recorder, .. } = batch;
+        let Batch {
+            levels, rays, sorted, shadows, scratch, contributions, samples, stacks, attribution, recorder, ..
+        } = batch;
         let at = |stage| (stage, depth, source);
         let rays = rays.view();
         let (_, mut next) = levels.at(depth);
@@ -27,14 +29,14 @@ pub fn path(context: &Context<'_>, samples: Range<u32>, batch: &mut Batch, tile:
                 for start in (0..$hits.len()).step_by(run) {
                     let hits = $hits.view().run(start, run);
                     recorder.stage(at($stage), hits.columns().len(), |counts| {
-                        let mut onward = Onward { depth, next: next.as_deref_mut(), shadows, stacks };
+                        let mut onward = Onward { depth, next: next.as_deref_mut(), shadows, contributions, stacks };
                         scatter(context, rays, &hits, samples.view(), &mut onward, counts);
                     });
                     recorder.stage(at(Stage::Shadow), shadows.len(), |counts| {
                         shadow(context, shadows, stacks, scratch, contributions, samples.view_mut(), counts);
                     });
-                    recorder.stage(at(Stage::Gather), contributions.len(), |_| {
-                        gather(contributions, samples.view_mut(), tile)
+                    recorder.stage(at(Stage::Gather), contributions.len(), |counts| {
+                        gather(context, depth, contributions, samples.view_mut(), tile, attribution, counts);
                     });
                 }
             };

@@ -19,7 +19,9 @@ pub fn whitted(context: &Context<'_>, samples: Range<u32>, batch: &mut Batch, ti
     let run = (context.policy.capacity / lights).max(1);
     batch.shadows.reserve(run * lights);
     while let Some((depth, source)) = meet(context, batch, tile) {
-        let Batch { levels, rays, sorted, shadows, scratch, contributions, samples, stacks, recorder, .. } = batch;
+        let Batch {
+            levels, rays, sorted, shadows, scratch, contributions, samples, stacks, attribution, recorder, ..
+        } = batch;
         let at = |stage| (stage, depth, source);
         let rays = rays.view();
         let (_, next) = levels.at(depth);
@@ -32,8 +34,8 @@ pub fn whitted(context: &Context<'_>, samples: Range<u32>, batch: &mut Batch, ti
                     recorder.stage(at(Stage::Shadow), shadows.len(), |counts| {
                         shadow(context, shadows, stacks, scratch, contributions, samples.view_mut(), counts);
                     });
-                    recorder.stage(at(Stage::Gather), contributions.len(), |_| {
-                        gather(contributions, samples.view_mut(), tile)
+                    recorder.stage(at(Stage::Gather), contributions.len(), |counts| {
+                        gather(context, depth, contributions, samples.view_mut(), tile, attribution, counts);
                     });
                 }
             };

@@ -14,6 +14,8 @@ columns! {
         pub sample: u32,
         /// The way that the light came.
         pub trail: Trail,
+        /// The last surface that it came from, or [`NO_INSTANCE`](super::NO_INSTANCE).
+        pub instance: u32,
     }
 }
 

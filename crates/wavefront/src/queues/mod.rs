@@ -3,14 +3,14 @@
 //!
 //! | queue | filled by | drained by | bytes a row |
 //! | --- | --- | --- | --- |
-//! | [`PrimaryQueue`] | `generate` | `trace`, depth 0 | 56 |
-//! | [`ReflectionQueue`] | `shade_metal`, `shade_dielectric`, `scatter_*` | `trace`, one depth on | 56 |
-//! | [`TransmissionQueue`] | `shade_dielectric`, `scatter_dielectric`; `cross` at the same depth | `trace`, one depth on | 56 |
+//! | [`PrimaryQueue`] | `generate` | `trace`, depth 0 | 60 |
+//! | [`ReflectionQueue`] | `shade_metal`, `shade_dielectric`, `scatter_*` | `trace`, one depth on | 60 |
+//! | [`TransmissionQueue`] | `shade_dielectric`, `scatter_dielectric`; `cross` at the same depth | `trace`, one depth on | 60 |
 //! | [`HitQueue`], one a material kind | `sort` | `shade_*`, `scatter_*`, after `record` has read it at depth 0 | 64 |
 //! | [`CrossingQueue`] | `sort` | `cross` | 20 |
 //! | [`EscapedQueue`] | `sort` | `escape` | 4 |
-//! | [`ShadowQueue`] | `shade_*`, `scatter_*` | `shadow` | 52 |
-//! | [`ContributionQueue`] | `escape`, `shade_*`, `shadow` | `gather` | 20 |
+//! | [`ShadowQueue`] | `shade_*`, `scatter_*` | `shadow` | 56 |
+//! | [`ContributionQueue`] | `escape`, `shade_*`, `shadow`; `scatter_*` what is no number | `gather` | 24 |
 //! | [`SampleColumns`] | `generate`, `trace`, `shadow`, `gather` | `fold`, at the end of the tile | 44 |
 //!
 //! A batch owns one of each and reuses their memory. A ray in flight takes one row of one queue between bounces, and during
@@ -51,7 +51,7 @@ pub use hits::{
 };
 pub use levels::{DepthQueues, Levels};
 pub use primary::PrimaryQueue;
-pub use rays::{PathRay, PathRayColumns, PathRaysView, PathRaysViewMut, RayQueue, RaySource};
+pub use rays::{NO_INSTANCE, PathRay, PathRayColumns, PathRaysView, PathRaysViewMut, RayQueue, RaySource};
 pub use reflection::ReflectionQueue;
 pub use samples::{Sample, SampleColumns, SamplesView, SamplesViewMut};
 pub use shadow::{ShadowQueue, ShadowRay, ShadowRayColumns, ShadowRaysView, ShadowRaysViewMut};

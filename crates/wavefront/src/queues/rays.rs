@@ -9,6 +9,9 @@ use glam::Vec3;
 use super::Trail;
 use crate::media::MediaId;
 
+/// The instance of what comes from none.
+pub const NO_INSTANCE: u32 = u32::MAX;
+
 columns! {
     /// A ray of a path, with what the path has gathered so far.
     pub struct PathRay => PathRayColumns, PathRaysView, PathRaysViewMut {
@@ -34,6 +37,8 @@ columns! {
         pub sample: u32,
         /// What sent the path on so far.
         pub trail: Trail,
+        /// The instance that it left, or [`NO_INSTANCE`] for a camera ray.
+        pub instance: u32,
         /// The media around it.
         pub media: MediaId,
         /// Which child of which child it is: 1 for a camera ray, 2b for the reflection and 2b + 1 for the transmission of
@@ -81,6 +86,7 @@ impl PathRay {
         pdf: f32::INFINITY,
         sample: 0,
         trail: Trail::CAMERA,
+        instance: NO_INSTANCE,
         media: MediaId::VACUUM,
         branch: 1,
     };

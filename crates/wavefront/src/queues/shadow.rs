@@ -30,6 +30,8 @@ columns! {
         pub sample: u32,
         /// What sent the path on so far.
         pub trail: Trail,
+        /// The instance that sent it.
+        pub instance: u32,
         /// The media around it.
         pub media: MediaId,
     }

@@ -59,6 +59,13 @@ impl Trail {
         Trail(self.0 | (end as u32) << (Self::BITS * Self::EVENTS))
     }
 
+    /// Where it ended.
+    pub fn ended(self) -> Option<End> {
+        [End::Light, End::Emitter, End::Background, End::Surface]
+            .into_iter()
+            .find(|&end| self.0 >> (Self::BITS * Self::EVENTS) == end as u32)
+    }
+
     /// How the path came through its first surface.
     #[inline(always)]
     pub fn part(self) -> Part {
@@ -109,6 +116,7 @@ mod tests {
         ];
         for (events, end, expected) in cases {
             assert_eq!(trail(events).end(end).to_string(), expected);
+            assert_eq!((trail(events).ended(), trail(events).end(end).ended()), (None, Some(end)));
         }
         assert_eq!(trail(&[Refracted; 9]), trail(&[Refracted; 12]));
     }

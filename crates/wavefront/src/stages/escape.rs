@@ -28,6 +28,11 @@ pub fn escape(
         let share = if ray.pdf == DELTA { 1.0 } else { power_heuristic(ray.pdf, background.pdf(direction)) };
         let scale = share * context.radiance_scale(stacks, ray.media);
         let radiance = ray.weight * background.radiance(direction) * scale;
-        contributions.push(Contribution { radiance, sample: ray.sample, trail: ray.trail.end(End::Background) });
+        contributions.push(Contribution {
+            radiance,
+            sample: ray.sample,
+            trail: ray.trail.end(End::Background),
+            instance: ray.instance,
+        });
     }
 }

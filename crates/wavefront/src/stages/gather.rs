@@ -1,27 +1,57 @@
 //! Adds contributions to the samples that they belong to.
 
-use brewster_film::{FilmTile, Light};
+use brewster_buffers::Integrator;
+use brewster_film::{FilmTile, Light, Part};
 
-use crate::queues::{ContributionQueue, SamplesViewMut};
+use crate::attribution::Attribution;
+use crate::context::Context;
+use crate::queues::{Contribution, ContributionQueue, SamplesViewMut};
+use crate::stats::Counts;
 
-/// Adds all contributions to their samples and empties the queue; tells the film by which way they came.
+/// Adds all contributions to their samples and empties the queue; tells the film by which way they came. What came by way of a
+/// surface is held below the scene's clamp, by one factor for all channels.
 ///
 /// Reads and empties: contributions. Writes: the samples' light, and their number of contributions that are no light; the film's
-/// parts, if it keeps them.
-pub fn gather(contributions: &mut ContributionQueue, samples: SamplesViewMut<'_>, tile: &mut FilmTile<'_>) {
-    let view = contributions.view();
+/// parts, if it keeps them; the attribution.
+pub fn gather(
+    context: &Context<'_>,
+    depth: u32,
+    contributions: &mut ContributionQueue,
+    samples: SamplesViewMut<'_>,
+    tile: &mut FilmTile<'_>,
+    attribution: &mut Attribution,
+    counts: &mut Counts,
+) {
+    let clamp = match context.scene.settings.integrator {
+        Integrator::Whitted => f32::INFINITY,
+        Integrator::Path => context.scene.settings.clamp,
+    };
     let keeps_parts = tile.keeps_parts();
-    for (row, &sample) in view.sample.iter().enumerate() {
-        let sample = sample as usize;
-        match Light::new(view.radiance[row].to_array()) {
-            Some(light) => {
-                samples.light[sample].add(light);
-                if keeps_parts {
-                    tile.add_part(samples.pixel[sample], view.trail[row].part(), light);
-                }
+    for row in 0..contributions.len() {
+        let contribution = contributions.get(row);
+        let Contribution { radiance, trail, .. } = contribution;
+        let sample = contribution.sample as usize;
+        let Some(mut light) = Light::new(radiance.to_array()) else {
+            samples.rejected[sample] += 1;
+            attribution.note_not_light(&contribution, samples.as_view().get(sample), depth);
+            continue;
+        };
+        let part = trail.part();
+        if part != Part::Direct {
+            attribution.note_light(&contribution, || samples.as_view().get(sample), depth);
+            let largest = radiance.max_element();
+            if largest > clamp {
+                let kept = radiance * (clamp / largest);
+                let [kept, removed] =
+                    [kept, radiance - kept].map(|part| Light::new(part.to_array()).expect("a part of what is light"));
+                light = kept;
+                counts.clamped.add(removed);
             }
-            None => samples.rejected[sample] += 1,
+            if keeps_parts {
+                tile.add_part(samples.pixel[sample], part, light);
+            }
         }
+        samples.light[sample].add(light);
     }
     contributions.clear();
 }

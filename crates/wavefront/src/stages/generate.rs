@@ -9,7 +9,7 @@ use glam::{Vec2, Vec3};
 
 use crate::context::Context;
 use crate::media::MediaId;
-use crate::queues::{PathRay, PrimaryQueue, Sample, SampleColumns, Trail};
+use crate::queues::{NO_INSTANCE, PathRay, PrimaryQueue, Sample, SampleColumns, Trail};
 use crate::random::{Decision, PixelKey};
 
 /// Makes the rays of some samples of every pixel of a tile; those of one pixel are neighbors.
@@ -49,6 +49,7 @@ pub fn generate(
                 pdf: DELTA,
                 sample: samples.len() as u32,
                 trail: Trail::CAMERA,
+                instance: NO_INSTANCE,
                 media,
                 branch: 1,
             });

@@ -59,7 +59,12 @@ pub fn shadow(
                 let medium = stacks.filling(view.media[row]);
                 let radiance = view.contribution[row] * medium.transmittance(view.distance[row], &dielectrics);
                 let trail = view.trail[row].end(End::Light);
-                contributions.push(Contribution { radiance, sample: view.sample[row], trail });
+                contributions.push(Contribution {
+                    radiance,
+                    sample: view.sample[row],
+                    trail,
+                    instance: view.instance[row],
+                });
             }
         }
         queue.clear();
@@ -95,7 +100,12 @@ fn follow(
         let mut contribution = ray.contribution * stacks.filling(ray.media).transmittance(end, &dielectrics);
         if hit.is_miss() || hit.t >= ray.distance {
             let trail = ray.trail.end(End::Light);
-            contributions.push(Contribution { radiance: contribution, sample: ray.sample, trail });
+            contributions.push(Contribution {
+                radiance: contribution,
+                sample: ray.sample,
+                trail,
+                instance: ray.instance,
+            });
             continue;
         }
         let material = scene.materials.rows.get(scene.instances.view().material[hit.instance as usize].0 as usize);

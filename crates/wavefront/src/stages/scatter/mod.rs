@@ -19,7 +19,8 @@ use crate::context::Context;
 use crate::ledger::Ledger;
 use crate::media::{MediaId, MediaStacks, Medium};
 use crate::queues::{
-    DepthQueues, Event, HitsOf, PathRay, PathRaysView, SamplesView, ShadowQueue, ShadowRay, SurfaceHit,
+    Contribution, ContributionQueue, DepthQueues, End, Event, HitsOf, PathRay, PathRaysView, SamplesView, ShadowQueue,
+    ShadowRay, SurfaceHit,
 };
 use crate::random::{Decision, Stream};
 use crate::stats::Counts;
@@ -70,6 +71,8 @@ pub struct Onward<'a> {
     pub next: Option<&'a mut DepthQueues>,
     /// Rays toward lights.
     pub shadows: &'a mut ShadowQueue,
+    /// What is no number ends here, and is told to be none.
+    pub contributions: &'a mut ContributionQueue,
     /// The sets of media.
     pub stacks: &'a mut MediaStacks,
 }
@@ -97,7 +100,7 @@ struct Arrival<'a> {
 /// some are given up and the others weigh more.
 ///
 /// Reads: rays, samples, hits, the kind's materials, textures, lights, background. Writes: shadow rays, the next depth's reflection
-/// and transmission queues, and the media stacks.
+/// and transmission queues, the media stacks, and contributions of what is no number.
 pub fn scatter<Kind: Scatter>(
     context: &Context<'_>,
     rays: PathRaysView<'_>,
@@ -139,7 +142,7 @@ pub fn scatter<Kind: Scatter>(
         if !surface.is_smooth() {
             arrival.toward_lights(&surface, onward.stacks, onward.shadows);
         }
-        let sent = arrival.onward(&surface, next, counts);
+        let sent = arrival.onward(&surface, next, onward.contributions, counts);
         if let Some(albedos) = &context.albedos {
             let albedo = Kind::albedo(albedos, &surface, &hit, &sides, view.z);
             arrival.book(albedo, sent, &mut counts.ledger);
@@ -221,34 +224,55 @@ impl Arrival<'_> {
             contribution: contribution * self.context.radiance_scale(stacks, media),
             sample: self.ray.sample,
             trail: self.ray.trail,
+            instance: self.hit.instance,
             media,
         });
     }
 
     /// Sends the path on; tells the weight of what was scattered, before roulette.
     #[inline(always)]
-    fn onward(&self, surface: &impl Surface, next: &mut DepthQueues, counts: &mut Counts) -> [Vec3; 2] {
+    fn onward(
+        &self,
+        surface: &impl Surface,
+        next: &mut DepthQueues,
+        contributions: &mut ContributionQueue,
+        counts: &mut Counts,
+    ) -> [Vec3; 2] {
         let Arrival { context, depth, stream, .. } = *self;
         let place = Vec2::from_array(context.sampler.pair(stream, Decision::Direction.at(depth)));
         let split = surface.sample(self.view, place);
         if self.splits() && split.transmission.is_some() {
             counts.branched += 1;
             let branch = self.ray.branch.wrapping_mul(2);
-            let reflected = self.send(split.reflection, branch, next, counts);
-            [reflected, self.send(split.transmission, branch.wrapping_add(1), next, counts)]
+            let reflected = self.send(split.reflection, branch, next, contributions, counts);
+            [reflected, self.send(split.transmission, branch.wrapping_add(1), next, contributions, counts)]
         } else {
             // Where nothing can be transmitted, chance has no say.
             let choice =
                 if split.reflectance < 1.0 { context.sampler.one(stream, Decision::Lobe.at(depth)) } else { 0.0 };
-            [self.send(split.choose(choice), self.ray.branch, next, counts), Vec3::ZERO]
+            [self.send(split.choose(choice), self.ray.branch, next, contributions, counts), Vec3::ZERO]
         }
     }
 
     /// Puts a ray into its queue, unless it is absorbed or given up; tells the weight of what was scattered.
     #[inline(always)]
-    fn send(&self, sample: Option<LobeSample>, branch: u32, next: &mut DepthQueues, counts: &mut Counts) -> Vec3 {
+    fn send(
+        &self,
+        sample: Option<LobeSample>,
+        branch: u32,
+        next: &mut DepthQueues,
+        contributions: &mut ContributionQueue,
+        counts: &mut Counts,
+    ) -> Vec3 {
         let scattered = sample.map_or(Vec3::ZERO, |sample| self.ray.weight * sample.weight);
         let largest = scattered.max_element();
+        if !scattered.is_finite() {
+            counts.absorbed += 1;
+            let PathRay { sample, trail, .. } = self.ray;
+            let (trail, instance) = (trail.end(End::Surface), self.hit.instance);
+            contributions.push(Contribution { radiance: scattered, sample, trail, instance });
+            return Vec3::ZERO;
+        }
         let Some(sample) = sample.filter(|_| largest > 0.0) else {
             counts.absorbed += 1;
             return Vec3::ZERO;
@@ -289,7 +313,15 @@ impl Arrival<'_> {
             (true, false) => Event::SpreadThrough,
         };
         let trail = ray.trail.then(event);
-        let ray = PathRay { weight, pdf: sample.pdf, media: self.media_of(direction), branch, trail, ..ray };
+        let ray = PathRay {
+            weight,
+            pdf: sample.pdf,
+            instance: self.hit.instance,
+            media: self.media_of(direction),
+            branch,
+            trail,
+            ..ray
+        };
         if sample.is_transmission() {
             counts.transmissions += 1;
             next.transmission.push(ray);
@@ -361,8 +393,11 @@ mod tests {
 
     use super::*;
     use crate::policy::Policy;
-    use crate::queues::{HitQueue, PathRayColumns, Sample, SampleColumns, Trail};
+    use crate::queues::{HitQueue, NO_INSTANCE, PathRayColumns, Sample, SampleColumns, Trail};
     use crate::random::PixelKey;
+
+    /// A weight that is NaN, in place of parts in a hundred.
+    const NO_NUMBER: u32 = u32::MAX;
 
     /// White by theory; its sampler loses some of a hundred parts, or gives some too much.
     #[derive(Debug)]
@@ -395,13 +430,21 @@ mod tests {
 
         /// Weights of 0 to 2 whose mean is what it says.
         fn sample(&self, view: Vec3, u: Vec2) -> LobeSplit {
-            let weight = Vec3::splat(2.0 * u.x * PERCENT as f32 / 100.0);
+            let factor = if PERCENT == NO_NUMBER { f32::NAN } else { PERCENT as f32 / 100.0 };
+            let weight = Vec3::splat(2.0 * u.x * factor);
             LobeSplit::opaque(Some(LobeSample::mirror(view, weight)))
         }
     }
 
     /// The ledger of 40,000 hits on such a surface.
     fn ledger<const PERCENT: u32>() -> Ledger {
+        let (counts, contributions) = scattered::<PERCENT>();
+        assert!(contributions.is_empty());
+        counts.ledger
+    }
+
+    /// What 40,000 hits on such a surface come to.
+    fn scattered<const PERCENT: u32>() -> (Counts, ContributionQueue) {
         let mut scene = SceneBuffers::default();
         scene.settings.integrator = Integrator::Path;
         let camera = Camera {
@@ -433,6 +476,7 @@ mod tests {
                 pdf: 1.0,
                 sample,
                 trail: Trail::CAMERA,
+                instance: NO_INSTANCE,
                 media: MediaId::VACUUM,
                 branch: 1,
             });
@@ -445,11 +489,26 @@ mod tests {
             };
             hits.push(SurfaceHit { ray: sample, instance: 0, primitive: 0, material: 0, point });
         }
-        let (mut next, mut shadows, mut stacks) = Default::default();
-        let mut onward = Onward { depth: 0, next: Some(&mut next), shadows: &mut shadows, stacks: &mut stacks };
+        let (mut next, mut shadows, mut contributions, mut stacks) = Default::default();
+        let mut onward = Onward {
+            depth: 0,
+            next: Some(&mut next),
+            shadows: &mut shadows,
+            contributions: &mut contributions,
+            stacks: &mut stacks,
+        };
         let mut counts = Counts::default();
         scatter(&context, rays.view(), &hits.view(), samples.view(), &mut onward, &mut counts);
-        counts.ledger
+        (counts, contributions)
+    }
+
+    #[test]
+    fn what_is_no_number_is_told_where_it_arises() {
+        let (counts, contributions) = scattered::<NO_NUMBER>();
+        assert_eq!((counts.absorbed, counts.reflections, contributions.len()), (40_000, 0, 40_000));
+        let found = contributions.get(7);
+        assert!(found.radiance.is_nan());
+        assert_eq!((found.sample, found.instance, found.trail), (7, 0, Trail::CAMERA.end(End::Surface)));
     }
 
     #[test]

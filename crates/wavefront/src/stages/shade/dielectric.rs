@@ -60,7 +60,7 @@ pub fn shade_dielectric(
         let send = |direction: Vec3, factor: f32| {
             let origin = offset_origin(&hit.point, direction);
             let along = ray.along(Ray { origin, direction });
-            PathRay { weight: ray.weight * factor, media: split.media_of(direction), ..along }
+            PathRay { weight: ray.weight * factor, instance: hit.instance, media: split.media_of(direction), ..along }
         };
         continuation.reflect(send(split.reflected, split.reflectance), counts);
         match split.transmitted {

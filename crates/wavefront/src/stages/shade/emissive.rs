@@ -41,6 +41,7 @@ pub fn shade_emissive(
         let scale = share * context.radiance_scale(stacks, ray.media);
         let radiance = scene.textures.evaluate(emissive.radiance[hit.material as usize], hit.point.uv);
         let trail = ray.trail.end(End::Emitter);
-        contributions.push(Contribution { radiance: ray.weight * radiance * scale, sample: ray.sample, trail });
+        let radiance = ray.weight * radiance * scale;
+        contributions.push(Contribution { radiance, sample: ray.sample, trail, instance: hit.instance });
     }
 }

@@ -60,6 +60,9 @@ pub fn shade_metal(
         };
         let origin = offset_origin(&hit.point, mirror);
         let reflected = ray.along(Ray { origin, direction: mirror });
-        continuation.reflect(crate::queues::PathRay { weight: ray.weight * reflectance, ..reflected }, counts);
+        continuation.reflect(
+            crate::queues::PathRay { weight: ray.weight * reflectance, instance: hit.instance, ..reflected },
+            counts,
+        );
     }
 }

@@ -92,6 +92,7 @@ fn send_shadow_ray(
         contribution,
         sample: ray.sample,
         trail: ray.trail,
+        instance: hit.instance,
         media,
     });
 }

@@ -33,7 +33,12 @@ pub fn shade_phong(
         let (diffuse, specular) = (lambert::brdf(color(material.diffuse)), color(material.specular));
 
         let ambient = ray.weight * color(material.ambient) * scene.ambient;
-        contributions.push(Contribution { radiance: ambient, sample: ray.sample, trail: ray.trail.end(End::Surface) });
+        contributions.push(Contribution {
+            radiance: ambient,
+            sample: ray.sample,
+            trail: ray.trail.end(End::Surface),
+            instance: hit.instance,
+        });
         for index in 0..scene.lights.len() {
             let light = scene.lights.get(index);
             let seen = light.illuminate(hit.point.position);

@@ -1,0 +1,77 @@
+//! Where single contributions to a picture came from, in words and names.
+
+use std::fmt;
+
+use brewster_wavefront::attribution::Origin;
+use brewster_wavefront::queues::{End, NO_INSTANCE};
+use brewster_world::components::SceneKey;
+use serde::Serialize;
+
+use crate::Session;
+
+/// A contribution with the names of what it came from.
+#[derive(Clone, Debug, Serialize)]
+pub struct NamedOrigin {
+    /// Column and row in the picture.
+    pixel: [u32; 2],
+    /// The number of the sample.
+    sample: u32,
+    /// The depth of the ray that brought it, or from whose hit it was sent.
+    depth: u32,
+    /// The path's events: see [`Trail`](brewster_wavefront::queues::Trail).
+    path: String,
+    /// The stage that made it.
+    stage: &'static str,
+    /// The last surface's entity, by its name or its key.
+    entity: Option<String>,
+    /// That entity's material, by its name or its kind.
+    material: Option<String>,
+    /// What it brought; a channel that is not finite is null in JSON.
+    radiance: [f32; 3],
+}
+
+impl NamedOrigin {
+    pub(crate) fn new(session: &Session, origin: &Origin) -> NamedOrigin {
+        let (x, y) = origin.pixel.place();
+        let scene = session.buffers();
+        let instance = (origin.instance != NO_INSTANCE).then_some(origin.instance as usize);
+        let name = |key: u64| session.scene().name_of(SceneKey(key)).map(str::to_owned);
+        let instances = scene.instances.view();
+        let entity = |instance: usize| {
+            let key = instances.key[instance];
+            name(key).unwrap_or_else(|| format!("entity {key}"))
+        };
+        let material = |instance: usize| {
+            let material = scene.materials.rows.get(instances.material[instance].0 as usize);
+            let kind = material.kind.name();
+            name(material.key).map_or(kind.to_owned(), |name| format!("{name} ({kind})"))
+        };
+        NamedOrigin {
+            pixel: [x, y],
+            sample: origin.sample,
+            depth: origin.depth,
+            path: origin.trail.to_string(),
+            stage: match origin.trail.ended() {
+                Some(End::Light) => "shadow",
+                Some(End::Emitter) => "shade_emissive",
+                Some(End::Background) => "escape",
+                Some(End::Surface) | None => "scatter",
+            },
+            entity: instance.map(entity),
+            material: instance.map(material),
+            radiance: origin.radiance.to_array(),
+        }
+    }
+}
+
+impl fmt::Display for NamedOrigin {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let NamedOrigin { pixel: [x, y], sample, depth, path, stage, entity, material, radiance } = self;
+        let [r, g, b] = radiance;
+        write!(f, "{r:.4} {g:.4} {b:.4} in pixel {x},{y}, sample {sample}: {path} in {stage} at depth {depth}")?;
+        match (entity, material) {
+            (Some(entity), Some(material)) => write!(f, ", by {entity} of {material}"),
+            _ => Ok(()),
+        }
+    }
+}
