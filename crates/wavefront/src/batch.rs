@@ -5,7 +5,7 @@ use brewster_geometry::HitColumns;
 use crate::attribution::Attribution;
 use crate::media::MediaStacks;
 use crate::queues::{ContributionQueue, Levels, PathRayColumns, SampleColumns, ShadowQueue};
-use crate::stages::{ShadowScratch, SortedHits};
+use crate::stages::{Draws, ShadowScratch, SortedHits};
 use crate::stats::Recorder;
 
 /// All queues that the rays of one tile go through. One worker owns it; once its columns have grown to what a tile needs,
@@ -22,6 +22,8 @@ pub struct Batch {
     pub hits: HitColumns,
     /// Their hits by kind of material.
     pub sorted: SortedHits,
+    /// The random numbers of hits.
+    pub draws: Draws,
     /// Rays toward lights.
     pub shadows: ShadowQueue,
     /// Memory for testing them.
@@ -47,6 +49,7 @@ impl Batch {
             ordered: PathRayColumns::with_capacity(Levels::limit(capacity)),
             hits: HitColumns::new(),
             sorted: SortedHits::default(),
+            draws: Draws::default(),
             shadows: ShadowQueue::new(),
             scratch: ShadowScratch::default(),
             contributions: ContributionQueue::new(),
@@ -63,6 +66,7 @@ impl Batch {
             + (self.rays.capacity() + self.ordered.capacity()) * PathRayColumns::BYTES_PER_ROW
             + self.hits.capacity() * HitColumns::BYTES_PER_ROW
             + self.sorted.bytes()
+            + self.draws.bytes()
             + self.shadows.capacity() * ShadowQueue::BYTES_PER_ROW
             + self.scratch.bytes()
             + self.contributions.capacity() * ContributionQueue::BYTES_PER_ROW

@@ -41,6 +41,8 @@ pub enum Stage {
     ShadeDielectric,
     /// Shades hits on emissive surfaces.
     ShadeEmissive,
+    /// Draws the random numbers of hits.
+    Draw,
     /// Scatters at Lambert materials.
     ScatterLambert,
     /// Scatters at rough diffuse materials.
@@ -59,7 +61,7 @@ pub enum Stage {
 
 impl Stage {
     /// All stages.
-    pub const ALL: [Stage; 20] = [
+    pub const ALL: [Stage; 21] = [
         Stage::Generate,
         Stage::Order,
         Stage::Trace,
@@ -73,6 +75,7 @@ impl Stage {
         Stage::ShadeMetal,
         Stage::ShadeDielectric,
         Stage::ShadeEmissive,
+        Stage::Draw,
         Stage::ScatterLambert,
         Stage::ScatterRoughDiffuse,
         Stage::ScatterMetal,
@@ -88,9 +91,11 @@ impl Stage {
             Stage::ShadePhong | Stage::ShadeLambert | Stage::ShadeMetal | Stage::ShadeDielectric => {
                 integrator == Integrator::Whitted
             }
-            Stage::ScatterLambert | Stage::ScatterRoughDiffuse | Stage::ScatterMetal | Stage::ScatterDielectric => {
-                integrator == Integrator::Path
-            }
+            Stage::Draw
+            | Stage::ScatterLambert
+            | Stage::ScatterRoughDiffuse
+            | Stage::ScatterMetal
+            | Stage::ScatterDielectric => integrator == Integrator::Path,
             _ => true,
         }
     }
@@ -111,6 +116,7 @@ impl Stage {
             Stage::ShadeMetal => "shade_metal",
             Stage::ShadeDielectric => "shade_dielectric",
             Stage::ShadeEmissive => "shade_emissive",
+            Stage::Draw => "draw",
             Stage::ScatterLambert => "scatter_lambert",
             Stage::ScatterRoughDiffuse => "scatter_rough_diffuse",
             Stage::ScatterMetal => "scatter_metal",

@@ -8,7 +8,7 @@ use super::{begin, end, meet};
 use crate::batch::Batch;
 use crate::context::Context;
 use crate::stages::scatter::{Onward, SHADOW_RAYS, scatter};
-use crate::stages::{gather, shadow};
+use crate::stages::{draw, gather, shadow};
 use crate::stats::Stage;
 
 /// Follows some samples of every pixel of a tile to their ends, one bounce at a time.
@@ -19,7 +19,18 @@ pub fn path(context: &Context<'_>, samples: Range<u32>, batch: &mut Batch, tile:
     batch.shadows.reserve(run * SHADOW_RAYS);
     while let Some((depth, source)) = meet(context, batch, tile) {
         let Batch {
-            levels, rays, sorted, shadows, scratch, contributions, samples, stacks, attribution, recorder, ..
+            levels,
+            rays,
+            sorted,
+            draws,
+            shadows,
+            scratch,
+            contributions,
+            samples,
+            stacks,
+            attribution,
+            recorder,
+            ..
         } = batch;
         let at = |stage| (stage, depth, source);
         let rays = rays.view();
@@ -28,9 +39,14 @@ pub fn path(context: &Context<'_>, samples: Range<u32>, batch: &mut Batch, tile:
             ($stage:expr, $hits:expr) => {
                 for start in (0..$hits.len()).step_by(run) {
                     let hits = $hits.view().run(start, run);
+                    if next.is_some() {
+                        recorder.stage(at(Stage::Draw), hits.columns().len(), |_| {
+                            draw(context, rays, hits.columns(), samples.view(), depth, draws);
+                        });
+                    }
                     recorder.stage(at($stage), hits.columns().len(), |counts| {
                         let mut onward = Onward { depth, next: next.as_deref_mut(), shadows, contributions, stacks };
-                        scatter(context, rays, &hits, samples.view(), &mut onward, counts);
+                        scatter(context, rays, &hits, draws.view(), &mut onward, counts);
                     });
                     recorder.stage(at(Stage::Shadow), shadows.len(), |counts| {
                         shadow(context, shadows, stacks, scratch, contributions, samples.view_mut(), counts);

@@ -5,6 +5,7 @@
 
 mod absorb;
 mod cross;
+mod draw;
 mod escape;
 mod fold;
 mod gather;
@@ -19,6 +20,7 @@ mod trace;
 
 pub use absorb::absorb;
 pub use cross::cross;
+pub use draw::{Draw, Draws, DrawsView, draw};
 pub use escape::escape;
 pub use fold::fold;
 pub use gather::gather;

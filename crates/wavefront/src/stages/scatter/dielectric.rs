@@ -65,7 +65,7 @@ impl Surface for Boundary {
     }
 
     #[inline(always)]
-    fn sample(&self, view: Vec3, u: Vec2) -> LobeSplit {
+    fn sample(&self, view: Vec3, u: Vec2, _: f32) -> LobeSplit {
         if !self.is_smooth() {
             return self.glass.split(view, u, |cos_i| self.reflectance(cos_i));
         }

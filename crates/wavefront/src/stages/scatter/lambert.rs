@@ -49,7 +49,7 @@ impl Surface for Lambertian {
     }
 
     #[inline(always)]
-    fn sample(&self, _: Vec3, u: Vec2) -> LobeSplit {
+    fn sample(&self, _: Vec3, u: Vec2, _: f32) -> LobeSplit {
         let direction = warp::cosine_hemisphere(u);
         let pdf = warp::cosine_hemisphere_pdf(direction);
         LobeSplit::opaque((pdf > 0.0).then_some(LobeSample {

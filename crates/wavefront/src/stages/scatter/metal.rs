@@ -74,7 +74,7 @@ impl Surface for Conductor {
     }
 
     #[inline(always)]
-    fn sample(&self, view: Vec3, u: Vec2) -> LobeSplit {
+    fn sample(&self, view: Vec3, u: Vec2, _: f32) -> LobeSplit {
         if !self.is_smooth() {
             return LobeSplit::opaque(self.facets.sample_reflection(view, u, |cos_i| self.reflectance(cos_i)));
         }

@@ -14,15 +14,15 @@ use brewster_optics::lobe::{DELTA, LobeSample, LobeSplit, LobeValue, power_heuri
 use glam::{Vec2, Vec3};
 
 use super::shade::facing_normals;
+use super::{Draw, DrawsView};
 use crate::albedo::Albedos;
 use crate::context::Context;
 use crate::ledger::Ledger;
 use crate::media::{MediaId, MediaStacks, Medium};
 use crate::queues::{
-    Contribution, ContributionQueue, DepthQueues, End, Event, HitsOf, PathRay, PathRaysView, SamplesView, ShadowQueue,
-    ShadowRay, SurfaceHit,
+    Contribution, ContributionQueue, DepthQueues, End, Event, HitsOf, PathRay, PathRaysView, ShadowQueue, ShadowRay,
+    SurfaceHit,
 };
-use crate::random::{Decision, Stream};
 use crate::stats::Counts;
 
 /// A kind of material, as the path integrator sees it.
@@ -49,8 +49,9 @@ pub trait Surface {
     /// What comes from one direction and goes to another. Not asked where the surface is smooth.
     fn evaluate(&self, view: Vec3, light: Vec3) -> LobeValue;
 
-    /// Where the path goes on.
-    fn sample(&self, view: Vec3, u: Vec2) -> LobeSplit;
+    /// Where the path goes on, by two numbers for the direction and one for the lobe; where light can be reflected or
+    /// transmitted, the caller asks the last for that.
+    fn sample(&self, view: Vec3, u: Vec2, lobe: f32) -> LobeSplit;
 }
 
 /// The media in front of a surface and behind it.
@@ -83,7 +84,7 @@ struct Arrival<'a> {
     ray: PathRay,
     hit: SurfaceHit,
     depth: u32,
-    stream: Stream,
+    draw: Draw,
     frame: Basis,
     /// The geometric normal on the side that the ray came from.
     geometric: Vec3,
@@ -99,13 +100,13 @@ struct Arrival<'a> {
 /// Light that two techniques can find is shared between them by the power heuristic. Of rays whose weight has become small
 /// some are given up and the others weigh more.
 ///
-/// Reads: rays, samples, hits, the kind's materials, textures, lights, background. Writes: shadow rays, the next depth's reflection
+/// Reads: rays, hits, random numbers, the kind's materials, textures, lights, background. Writes: shadow rays, the next depth's reflection
 /// and transmission queues, the media stacks, and contributions of what is no number.
 pub fn scatter<Kind: Scatter>(
     context: &Context<'_>,
     rays: PathRaysView<'_>,
     hits: &HitsOf<'_, Kind>,
-    samples: SamplesView<'_>,
+    draws: DrawsView<'_>,
     onward: &mut Onward<'_>,
     counts: &mut Counts,
 ) {
@@ -125,14 +126,13 @@ pub fn scatter<Kind: Scatter>(
         let sides = sides::<Kind>(context, &ray, &hit, onward.stacks);
         let surface = Kind::surface(context, &hit, &sides);
         let frame = Basis::around(normal);
-        let stream = samples.stream(&context.sampler, ray.sample, ray.branch);
         let view = frame.to_local(-direction);
         let arrival = Arrival {
             context,
             ray,
             hit,
             depth: onward.depth,
-            stream,
+            draw: draws.get(row),
             frame,
             geometric,
             media: sides.media,
@@ -175,17 +175,14 @@ impl Arrival<'_> {
     /// Samples a light and the background.
     #[inline(always)]
     fn toward_lights(&self, surface: &impl Surface, stacks: &MediaStacks, shadows: &mut ShadowQueue) {
-        let Arrival { context, depth, stream, .. } = *self;
-        let (scene, sampler) = (context.scene, &context.sampler);
-        let place = Decision::LightPoint.at(depth);
+        let Arrival { context, draw, .. } = *self;
+        let scene = context.scene;
         if !scene.emitters.is_empty() {
-            let choice = sampler.one(stream, Decision::Light.at(depth));
-            let light = scene.sample_light(self.hit.point.position, choice, sampler.pair(stream, place));
+            let light = scene.sample_light(self.hit.point.position, draw.light, [draw.light_x, draw.light_y]);
             self.toward(light, surface, stacks, shadows);
         }
         if !scene.background.is_black() {
-            let light = scene.background.sample(sampler.pair(stream, place.repeat(1)));
-            self.toward(light, surface, stacks, shadows);
+            self.toward(scene.background.sample([draw.sky_x, draw.sky_y]), surface, stacks, shadows);
         }
     }
 
@@ -238,19 +235,15 @@ impl Arrival<'_> {
         contributions: &mut ContributionQueue,
         counts: &mut Counts,
     ) -> [Vec3; 2] {
-        let Arrival { context, depth, stream, .. } = *self;
-        let place = Vec2::from_array(context.sampler.pair(stream, Decision::Direction.at(depth)));
-        let split = surface.sample(self.view, place);
+        let Draw { direction_x, direction_y, lobe, .. } = self.draw;
+        let split = surface.sample(self.view, Vec2::new(direction_x, direction_y), lobe);
         if self.splits() && split.transmission.is_some() {
             counts.branched += 1;
             let branch = self.ray.branch.wrapping_mul(2);
             let reflected = self.send(split.reflection, branch, next, contributions, counts);
             [reflected, self.send(split.transmission, branch.wrapping_add(1), next, contributions, counts)]
         } else {
-            // Where nothing can be transmitted, chance has no say.
-            let choice =
-                if split.reflectance < 1.0 { context.sampler.one(stream, Decision::Lobe.at(depth)) } else { 0.0 };
-            [self.send(split.choose(choice), self.ray.branch, next, contributions, counts), Vec3::ZERO]
+            [self.send(split.choose(lobe), self.ray.branch, next, contributions, counts), Vec3::ZERO]
         }
     }
 
@@ -289,8 +282,7 @@ impl Arrival<'_> {
         let mut weight = scattered;
         if largest < ROULETTE_WEIGHT && self.context.scene.settings.roulette {
             let survival = largest / ROULETTE_WEIGHT;
-            let dimension = Decision::Roulette.at(self.depth).repeat(u32::from(sample.is_transmission()));
-            if self.context.sampler.one(self.stream, dimension) >= survival {
+            if self.draw.roulette >= survival {
                 counts.given_up += 1;
                 if ledger {
                     counts.ledger.roulette_removed.add(scattered);
@@ -395,6 +387,7 @@ mod tests {
     use crate::policy::Policy;
     use crate::queues::{HitQueue, NO_INSTANCE, PathRayColumns, Sample, SampleColumns, Trail};
     use crate::random::PixelKey;
+    use crate::stages::{Draws, draw};
 
     /// A weight that is NaN, in place of parts in a hundred.
     const NO_NUMBER: u32 = u32::MAX;
@@ -429,7 +422,7 @@ mod tests {
         }
 
         /// Weights of 0 to 2 whose mean is what it says.
-        fn sample(&self, view: Vec3, u: Vec2) -> LobeSplit {
+        fn sample(&self, view: Vec3, u: Vec2, _: f32) -> LobeSplit {
             let factor = if PERCENT == NO_NUMBER { f32::NAN } else { PERCENT as f32 / 100.0 };
             let weight = Vec3::splat(2.0 * u.x * factor);
             LobeSplit::opaque(Some(LobeSample::mirror(view, weight)))
@@ -498,7 +491,9 @@ mod tests {
             stacks: &mut stacks,
         };
         let mut counts = Counts::default();
-        scatter(&context, rays.view(), &hits.view(), samples.view(), &mut onward, &mut counts);
+        let mut draws = Draws::default();
+        draw(&context, rays.view(), hits.view().columns(), samples.view(), 0, &mut draws);
+        scatter(&context, rays.view(), &hits.view(), draws.view(), &mut onward, &mut counts);
         (counts, contributions)
     }
 

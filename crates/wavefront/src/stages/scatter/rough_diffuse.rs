@@ -39,7 +39,7 @@ impl Surface for RoughDiffuse {
     }
 
     #[inline(always)]
-    fn sample(&self, view: Vec3, u: Vec2) -> LobeSplit {
+    fn sample(&self, view: Vec3, u: Vec2, _: f32) -> LobeSplit {
         LobeSplit::opaque(RoughDiffuse::sample(self, view, u))
     }
 }
