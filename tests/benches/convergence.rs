@@ -14,7 +14,7 @@ const SAMPLES: [u32; 5] = [1, 4, 16, 64, 256];
 
 fn main() {
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
-    println!("| scene | {} | slope |", SAMPLES.map(|samples| format!("{samples} samples")).join(" | "));
+    println!("| scene, samples a pixel | {} | slope |", SAMPLES.map(|samples| samples.to_string()).join(" | "));
     println!("| --- | {}", "--- | ".repeat(SAMPLES.len() + 1));
     let curves = REFERENCES.map(|name| {
         let errors = SAMPLES.map(|samples| error(name, samples, threads));
