@@ -1,28 +1,31 @@
 //! The path integrator's ledger closes: to the last digit where it is arithmetic, in mean where it is chance.
 
-use brewster_buffers::{Integrator, SceneBuffers};
+use brewster_buffers::SceneBuffers;
 use brewster_wavefront::ledger::Ledger;
 use brewster_wavefront::{Counts, Policy, Stats};
 
 use crate::scene::{parse, render_with};
 
 /// A scene with everything that gains or loses energy: absorbing and overlapping glass, rough and smooth metal, diffuse and
-/// rough diffuse surfaces, a mesh whose shading normals are far from its own, a lamp.
+/// rough diffuse surfaces, thin films, a mesh whose shading normals are far from its own, a lamp.
 fn scene() -> SceneBuffers {
-    let mut scene = parse(
+    parse(
         r#"Scene(
-            settings: (resolution: (48, 32), samples: 16, max_depth: 12, filter: Box),
+            settings: (integrator: Path, resolution: (48, 32), samples: 16, max_depth: 12, filter: Box),
             camera: Perspective(eye: (0, 1.5, 6), target: (0, 0.8, 0), vfov: 40),
             background: Gradient(horizon: (1, 0.9, 0.8), zenith: (0.3, 0.5, 1), ground: 0.2),
             shapes: {"ball": Mesh(file: "ball.obj")},
             materials: {
                 "floor": Lambert(albedo: Checker(a: 0.2, b: (0.8, 0.7, 0.5), size: 0.1)),
                 "gold": Metal(of: "Au"),
-                "dull gold": Metal(of: "Au"),
-                "paint": Metal(r0: (0.9, 0.3, 0.2)),
+                "dull gold": Metal(of: "Au", alpha: 0.3),
+                "paint": Metal(r0: (0.9, 0.3, 0.2), alpha: 0.1),
+                "temper": Metal(of: "Fe", alpha: 0.15, film: (ior: 2.2, thickness: 60)),
                 "bottle": Dielectric(ior: 1.5, absorption: (1.2, 0.3, 0.9), priority: 1),
                 "wine": Dielectric(ior: 1.34, absorption: (0.2, 2, 1.5)),
-                "frost": Dielectric(ior: 1.5),
+                "frost": Dielectric(ior: 1.5, alpha: 0.2),
+                "oily frost": Dielectric(ior: 1.5, alpha: 0.3, film: (ior: 1.3, thickness: 350)),
+                "bubble": Dielectric(ior: 1, film: (ior: 1.33, thickness: 420)),
             },
             entities: [
                 (shape: Quad(size: (12, 12)), material: "floor", rotate: (x: -90)),
@@ -32,20 +35,15 @@ fn scene() -> SceneBuffers {
                 (shape: Sphere(radius: 0.7), material: "bottle", at: (0.6, 0.7, 0.8)),
                 (shape: Sphere(radius: 0.6), material: "wine", at: (0.7, 0.7, 0.7)),
                 (shape: Sphere(radius: 0.6), material: "frost", at: (-1, 0.6, 1.4)),
+                (shape: Sphere(radius: 0.4), material: "temper", at: (-2.4, 0.4, 1.2)),
+                (shape: Sphere(radius: 0.5), material: "oily frost", at: (0.1, 0.5, 2)),
+                (shape: Sphere(radius: 0.4), material: "bubble", at: (-0.2, 1.7, 0.5)),
                 (shape: "ball", material: "bottle", at: (2, 0.8, 1), scale: 0.6),
                 (shape: Sphere(radius: 0.2), material: Emissive(radiance: 8), at: (0.5, 3, 1)),
                 (light: Point(intensity: 10), at: (-2, 4, 3)),
             ],
         )"#,
-    );
-    scene.settings.integrator = Integrator::Path;
-    let row = |name: usize| scene.materials.rows.get(name).row as usize;
-    let (dull, paint, frost) = (row(2), row(3), row(6));
-    scene.materials.metal.view_mut().alpha[dull] = 0.3;
-    scene.materials.metal.view_mut().alpha[paint] = 0.1;
-    scene.materials.dielectric.view_mut().alpha[frost] = 0.2;
-    scene.validate().expect("roughness is no fault");
-    scene
+    )
 }
 
 fn stats(scene: &SceneBuffers, threads: usize) -> Stats {

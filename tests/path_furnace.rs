@@ -2,13 +2,16 @@
 //!
 //! What rough surfaces lose, because light that meets a second facet is lost in the model, is known from quadratures of it.
 
+use std::f64::consts::TAU;
+
 use brewster_buffers::SceneBuffers;
 use brewster_optics::albedo::{at_cosine, rough_mirror};
+use brewster_optics::dispersion::Wavelength;
 use brewster_optics::rough_diffuse::RoughDiffuse;
 use brewster_wavefront::Policy;
 use glam::{DVec3, Vec3};
 
-use crate::scene::{parse, render_with};
+use crate::scene::{parse, picture, render_with};
 
 /// Width of the pictures in pixels; they show the middle 1.4 m of a ball of radius 1 m, all of it surface.
 const SIZE: u32 = 16;
@@ -68,6 +71,9 @@ fn nothing_is_lost_where_nothing_absorbs() {
     check("Dielectric(ior: 1.5)", DVec3::ONE);
     check("Dielectric(ior: 2.4)", DVec3::ONE);
     check("Dielectric(ior: 1.5, thin: true)", DVec3::ONE);
+    check("Dielectric(ior: 1.5, film: (ior: 1.33, thickness: 400))", DVec3::ONE);
+    check("Dielectric(ior: 1, film: (ior: 1.33, thickness: 300))", DVec3::ONE);
+    check("Dielectric(ior: 1.5, thin: true, film: (ior: 2, thickness: 150))", DVec3::ONE);
     for roughness in [0.0, 0.3, 1.0] {
         check(&format!("RoughDiffuse(albedo: 1, roughness: {roughness})"), DVec3::ONE);
     }
@@ -98,14 +104,52 @@ fn rough_metals_lose_what_meets_a_second_facet() {
     }
 }
 
-/// In rough glass light meets facets any number of times: the picture misses what the ledger expects to be lost.
+/// In rough glass light meets facets any number of times: the picture misses what the ledger expects to be lost, behind
+/// a film, too.
 #[test]
 fn rough_glass_loses_what_theory_expects() {
-    for alpha in [0.05, 0.3, 0.8] {
-        let material = format!("Dielectric(ior: 1.5, alpha: {alpha})");
-        let (mean, error, absorbed) = render(&material);
+    for material in [
+        "Dielectric(ior: 1.5, alpha: 0.05)",
+        "Dielectric(ior: 1.5, alpha: 0.3)",
+        "Dielectric(ior: 1.5, alpha: 0.8)",
+        "Dielectric(ior: 1.5, alpha: 0.3, film: (ior: 1.33, thickness: 350))",
+        "Metal(of: \"Fe\", alpha: 0.3, film: (ior: 2.2, thickness: 60))",
+    ] {
+        let (mean, error, absorbed) = render(material);
         let allowed = 4.5 * error + DVec3::splat(5e-4);
         assert!((mean + absorbed - 1.0).abs().cmple(allowed).all(), "{material}: {mean} ± {error}, lost {absorbed}");
         assert!(absorbed.x > 0.0, "{material} loses nothing");
+    }
+}
+
+/// Airy's formula at normal incidence, by textbook for a film that absorbs nothing: `(a² + b² + 2ab cos δ)/(1 + a²b² + 2ab cos δ)`
+/// with the amplitudes a and b of both sides and `δ = 4π n d/λ`; averaged over the wavelengths of each channel.
+#[test]
+fn a_film_shows_its_colors() {
+    for (film, thickness, base) in [(1.33, 400.0, 1.0), (1.33, 120.0, 1.6), (2.0, 250.0, 1.5)] {
+        let at = |nanometers: f64| {
+            let (a, b) = ((1.0 - film) / (1.0 + film), (film - base) / (film + base));
+            let wave = 2.0 * a * b * (2.0 * TAU * film * thickness / nanometers).cos();
+            (a * a + b * b + wave) / (1.0 + a * a * b * b + wave)
+        };
+        let sum: DVec3 = (0..10_000)
+            .map(|place| Wavelength::sample((place as f32 + 0.5) / 1e4))
+            .map(|wavelength| wavelength.weight.as_dvec3() * at(f64::from(wavelength.nanometers)))
+            .sum();
+        // An opaque surface, so that nothing but the reflection is seen.
+        let scene = parse(&format!(
+            "Scene(
+                settings: (integrator: Path, resolution: (2, 2), samples: 1, filter: Box, roulette: false),
+                camera: Orthographic(eye: (0, 0, 4), height: 0.5),
+                background: 1,
+                entities: [(
+                    shape: Quad(),
+                    material: Metal(eta: {base}, k: 0, film: (ior: {film}, thickness: {thickness})),
+                )],
+            )"
+        ));
+        for (_, color) in picture(&scene) {
+            assert!((color - sum / 1e4).abs().max_element() < 0.005, "{film}: {color} instead of {}", sum / 1e4);
+        }
     }
 }

@@ -2,6 +2,7 @@
 
 use brewster_lanes::columns;
 use brewster_optics::fresnel::FresnelModel;
+use brewster_optics::thin_film::Film;
 use glam::Vec3;
 
 use crate::ColorSource;
@@ -108,6 +109,8 @@ columns! {
         pub f82: Vec3,
         /// GGX width, 0 (a mirror) to 1.
         pub alpha: f32,
+        /// A film on it; read by `FresnelModel::Exact` only.
+        pub film: Option<Film>,
         /// Factor of the highlight, beside R_0.
         pub specular: ColorSource,
         /// Exponent of the highlight.
@@ -132,6 +135,8 @@ columns! {
         pub priority: i32,
         /// GGX width, 0 (smooth) to 1.
         pub alpha: f32,
+        /// A film on it; read by `FresnelModel::Exact` only.
+        pub film: Option<Film>,
         /// Whether it is a sheet too thin to be inside of: light passes straight on, and no medium is entered.
         pub thin: bool,
     }

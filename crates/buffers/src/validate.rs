@@ -100,7 +100,12 @@ impl SceneBuffers {
         require(finite, || "a material has a number that is not finite".to_owned())?;
         let parts = [rough_diffuse.roughness, metal.alpha, dielectric.alpha];
         let are_parts = parts.into_iter().flatten().all(|part| (0.0..=1.0).contains(part));
-        require(are_parts, || "a material has a roughness outside 0 to 1".to_owned())
+        require(are_parts, || "a material has a roughness outside 0 to 1".to_owned())?;
+        let mut films = metal.film.iter().chain(dielectric.film).flatten();
+        require(
+            films.all(|film| film.ior >= 1.0 && film.ior.is_finite() && (0.0..=1e5).contains(&film.thickness)),
+            || "a material has a film that is none".to_owned(),
+        )
     }
 
     fn has_color(&self, color: &ColorSource) -> bool {

@@ -263,6 +263,7 @@ mod tests {
             absorption: Vec3::ZERO,
             priority,
             alpha: 0.0,
+            film: None,
             thin: false,
         };
         priorities.iter().map(row).collect()

@@ -61,6 +61,7 @@ fn check_integrator(scene: &SceneBuffers, camera: &Camera) -> Result<(), Unsuppo
             (metal.alpha.iter().any(|&alpha| alpha > 0.0), "rough metals"),
             (dielectric.alpha.iter().any(|&alpha| alpha > 0.0), "rough dielectrics"),
             (dielectric.thin.contains(&true), "thin dielectrics"),
+            (metal.film.iter().chain(dielectric.film).any(Option::is_some), "thin films"),
         ],
         Integrator::Path => vec![
             (!scene.materials.phong.is_empty(), "Phong materials"),

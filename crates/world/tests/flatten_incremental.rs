@@ -16,6 +16,7 @@ use brewster_buffers::{Axis, Image, SceneBuffers, Texture};
 use brewster_geometry::{Hit, HitColumns, Rays, TriangleMesh, closest_hits};
 use brewster_lanes::Level;
 use brewster_optics::fresnel::FresnelModel;
+use brewster_optics::thin_film::Film;
 use brewster_world::Scene;
 use brewster_world::components::*;
 use glam::{Affine3A, Quat, Vec2, Vec3};
@@ -219,6 +220,11 @@ impl Editor {
         }
     }
 
+    fn film(&mut self) -> Option<Film> {
+        (self.random.below(2) == 0)
+            .then(|| Film { ior: 1.0 + self.random.unit(), thickness: 900.0 * self.random.unit() })
+    }
+
     fn material(&mut self) -> Material {
         let exponent = if self.random.below(30) == 0 { f32::NAN } else { 10.0 * self.random.unit() };
         let fresnel = FresnelModel::Schlick;
@@ -231,6 +237,7 @@ impl Editor {
                 specular: self.color(),
                 exponent,
                 alpha: self.random.unit(),
+                film: None,
             },
             3 => {
                 let reflectance = Reflectance::Index { eta: Vec3::splat(0.2), k: self.random.vector(3.0).abs() };
@@ -240,6 +247,7 @@ impl Editor {
                     specular: self.color(),
                     exponent,
                     alpha: 0.0,
+                    film: self.film(),
                 }
             }
             4 => {
@@ -252,6 +260,7 @@ impl Editor {
                     absorption: Vec3::ONE,
                     priority: 0,
                     alpha: self.random.unit(),
+                    film: None,
                     thin: self.random.below(2) == 0,
                 }
             }
@@ -265,6 +274,7 @@ impl Editor {
                     specular: self.color(),
                     exponent,
                     alpha: 0.0,
+                    film: None,
                 }
             }
             _ => Material::Emissive { radiance: self.color(), two_sided: self.random.below(2) == 0 },

@@ -7,6 +7,7 @@ use bevy_ecs::hierarchy::ChildOf;
 use bevy_ecs::name::Name;
 use brewster_geometry::TriangleMesh;
 use brewster_optics::fresnel::FresnelModel;
+use brewster_optics::thin_film::Film;
 use brewster_world::Scene;
 use brewster_world::components::*;
 use glam::{Affine3A, Vec3};
@@ -130,6 +131,7 @@ fn materials_that_are_none_are_left_out() {
         specular: Color::WHITE,
         exponent: 1.0,
         alpha: 0.0,
+        film: None,
     };
     let rough_metal = |alpha| Material::Metal {
         reflectance: Reflectance::Normal { r0: Color::WHITE, f82: Vec3::ONE },
@@ -137,6 +139,15 @@ fn materials_that_are_none_are_left_out() {
         specular: Color::WHITE,
         exponent: 1.0,
         alpha,
+        film: None,
+    };
+    let filmed = |fresnel, ior, thickness| Material::Metal {
+        reflectance: Reflectance::Index { eta: Vec3::ONE, k: Vec3::ONE },
+        fresnel,
+        specular: Color::WHITE,
+        exponent: 1.0,
+        alpha: 0.0,
+        film: Some(Film { ior, thickness }),
     };
     let normal = |r0| Reflectance::Normal { r0: Color::gray(r0), f82: Vec3::ONE };
     let edge = |r0, tint| Reflectance::EdgeTint { r0: Vec3::splat(r0), edge_tint: Vec3::splat(tint) };
@@ -149,6 +160,7 @@ fn materials_that_are_none_are_left_out() {
         absorption: Vec3::splat(absorption),
         priority: 0,
         alpha,
+        film: None,
         thin: false,
     };
     for (material, expected) in [
@@ -166,6 +178,10 @@ fn materials_that_are_none_are_left_out() {
         (rough_metal(f32::NAN), "alpha must be 0 to 1"),
         (metal(edge(1.5, 0.0), FresnelModel::Exact), "colors must be 0 to 1"),
         (metal(edge(0.5, -0.5), FresnelModel::Exact), "colors must be 0 to 1"),
+        (filmed(FresnelModel::Schlick, 1.3, 400.0), "a film must"),
+        (filmed(FresnelModel::Exact, 0.9, 400.0), "a film must"),
+        (filmed(FresnelModel::Exact, 1.3, -1.0), "a film must"),
+        (filmed(FresnelModel::Exact, 1.3, f32::NAN), "a film must"),
         (Material::RoughDiffuse { albedo: Color::WHITE, roughness: 1.5 }, "a roughness must be 0 to 1"),
     ] {
         let (mut scene, entity) = check(expected, |scene| scene.spawn((BALL, material)).id());

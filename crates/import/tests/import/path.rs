@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use bevy_ecs::world::World;
 use brewster_import::{Importer, LoadOptions, load_scene};
-use brewster_world::components::parts::{self, FresnelModel, Integrator, SamplerKind};
+use brewster_world::components::parts::{self, Film, FresnelModel, Integrator, SamplerKind};
 use brewster_world::components::{Background, Camera, Color, Material, Reflectance, Settings};
 use glam::Vec3;
 
@@ -77,6 +77,8 @@ fn every_rough_material_says_what_it_says() {
             "tinted": Metal(r0: 0.5, f82: (1, 0.5, 0.25)),
             "edged": Metal(r0: (0.25, 0.5, 0.75), edge_tint: 0.5),
             "frosted": Dielectric(ior: 1.5, roughness: 0.5),
+            "oily": Metal(r0: 0.5, edge_tint: 0.5, film: (ior: 1.5, thickness: 250)),
+            "bubble": Dielectric(ior: 1, film: (ior: 1.25, thickness: 500)),
             "pane": Dielectric(ior: 1.5, thin: true),
             "lamp": Emissive(radiance: 3, sides: Front),
         })"#,
@@ -84,18 +86,27 @@ fn every_rough_material_says_what_it_says() {
     let gray = Color::gray;
     let metal = |reflectance, fresnel, alpha| {
         let (specular, exponent) = (gray(1.0), 100.0);
-        Material::Metal { reflectance, fresnel, specular, exponent, alpha }
+        Material::Metal { reflectance, fresnel, specular, exponent, alpha, film: None }
     };
     let normal = |f82| Reflectance::Normal { r0: gray(0.5), f82 };
     let edged = Reflectance::EdgeTint { r0: Vec3::new(0.25, 0.5, 0.75), edge_tint: Vec3::splat(0.5) };
-    let dielectric = |alpha, thin| Material::Dielectric {
-        ior: 1.5,
+    let oily = Material::Metal {
+        reflectance: Reflectance::EdgeTint { r0: Vec3::splat(0.5), edge_tint: Vec3::splat(0.5) },
+        fresnel: FresnelModel::Exact,
+        specular: gray(1.0),
+        exponent: 100.0,
+        alpha: 0.0,
+        film: Some(Film { ior: 1.5, thickness: 250.0 }),
+    };
+    let dielectric = |ior, alpha, film, thin| Material::Dielectric {
+        ior,
         fresnel: FresnelModel::Exact,
         specular: gray(1.0),
         exponent: 100.0,
         absorption: Vec3::ZERO,
         priority: 0,
         alpha,
+        film,
         thin,
     };
     for (name, expected) in [
@@ -104,8 +115,10 @@ fn every_rough_material_says_what_it_says() {
         ("rough", metal(normal(Vec3::ONE), FresnelModel::Schlick, 0.25)),
         ("tinted", metal(normal(Vec3::new(1.0, 0.5, 0.25)), FresnelModel::Schlick, 0.0)),
         ("edged", metal(edged, FresnelModel::Exact, 0.0)),
-        ("frosted", dielectric(0.25, false)),
-        ("pane", dielectric(0.0, true)),
+        ("frosted", dielectric(1.5, 0.25, None, false)),
+        ("oily", oily),
+        ("bubble", dielectric(1.0, 0.0, Some(Film { ior: 1.25, thickness: 500.0 }), false)),
+        ("pane", dielectric(1.5, 0.0, None, true)),
         ("lamp", Material::Emissive { radiance: gray(3.0), two_sided: false }),
     ] {
         assert_eq!(get::<Material>(&mut world, name), expected, "{name}");

@@ -13,8 +13,8 @@
 //! | Phong | ambient + albedo/π · N·L + highlight, shadow-tested | an error: it is no physical material |
 //! | Lambert | albedo/π · N·L, shadow-tested | the same, and light from everywhere else |
 //! | RoughDiffuse | an error | EON |
-//! | Metal | highlight · R_0, mirror image · F_r | smooth or GGX; no highlight |
-//! | Dielectric | highlights · F_r or F_t; reflection · F_r and transmission · F_t; absorption inside | smooth, GGX or thin; F_r and F_t by chance, above `split_depth` both; absorption inside; radiance over the squared index is what crosses |
+//! | Metal | highlight · R_0, mirror image · F_r; a film: an error | smooth or GGX, with a thin film; no highlight |
+//! | Dielectric | highlights · F_r or F_t; reflection · F_r and transmission · F_t; absorption inside; a film: an error | smooth, GGX or thin, with a thin film; F_r and F_t by chance, above `split_depth` both; absorption inside; radiance over the squared index is what crosses |
 //! | Emissive | its radiance where a ray meets it; it lights nothing else | lights whatever sees it |
 //! | point, spot, directional light | direct light and highlights | direct light, on what is not smooth |
 //! | ambient light | Phong's ambient term | nothing: it is for Phong alone |

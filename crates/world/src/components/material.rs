@@ -4,6 +4,7 @@ use bevy_ecs::component::Component;
 use bevy_ecs::entity::Entity;
 use brewster_buffers::Texture;
 use brewster_optics::fresnel::FresnelModel;
+use brewster_optics::thin_film::Film;
 use glam::Vec3;
 
 use super::SceneKey;
@@ -49,6 +50,8 @@ pub enum Material {
         exponent: f32,
         /// GGX width, 0 (a mirror) to 1.
         alpha: f32,
+        /// A film on it, for the Fresnel equations only.
+        film: Option<Film>,
     },
     /// A transparent solid: reflects F_r and transmits 1 - F_r.
     Dielectric {
@@ -66,6 +69,8 @@ pub enum Material {
         priority: i32,
         /// GGX width, 0 (smooth) to 1.
         alpha: f32,
+        /// A film on it, for the Fresnel equations only.
+        film: Option<Film>,
         /// Whether it is a sheet too thin to be inside of, as a window's pane: light passes straight on, after any number of
         /// reflections between the two faces.
         thin: bool,

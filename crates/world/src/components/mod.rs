@@ -23,4 +23,5 @@ pub mod parts {
     };
     pub use brewster_geometry::{Affine, TriangleMesh};
     pub use brewster_optics::fresnel::FresnelModel;
+    pub use brewster_optics::thin_film::Film;
 }

@@ -187,7 +187,7 @@ fn put(materials: &mut Materials, textures: &mut TextureWriter<'_>, material: &M
         &Material::RoughDiffuse { ref albedo, roughness } => {
             materials.rough_diffuse.put(row, buffers::RoughDiffuse { albedo: source(albedo), roughness })
         }
-        &Material::Metal { ref reflectance, fresnel, ref specular, exponent, alpha } => {
+        &Material::Metal { ref reflectance, fresnel, ref specular, exponent, alpha, film } => {
             // Where there is no index, one without effect stands in for it.
             let (r0, f82, eta, k) = match *reflectance {
                 Reflectance::Normal { ref r0, f82 } => (source(r0), f82, Vec3::ONE, Vec3::ZERO),
@@ -202,12 +202,12 @@ fn put(materials: &mut Materials, textures: &mut TextureWriter<'_>, material: &M
                 }
             };
             let specular = source(specular);
-            materials.metal.put(row, buffers::Metal { r0, eta, k, fresnel, f82, alpha, specular, exponent })
+            materials.metal.put(row, buffers::Metal { r0, eta, k, fresnel, f82, alpha, film, specular, exponent })
         }
-        &Material::Dielectric { ior, fresnel, ref specular, exponent, absorption, priority, alpha, thin } => {
+        &Material::Dielectric { ior, fresnel, ref specular, exponent, absorption, priority, alpha, film, thin } => {
             let specular = source(specular);
             let row_of_kind =
-                buffers::Dielectric { ior, fresnel, specular, exponent, absorption, priority, alpha, thin };
+                buffers::Dielectric { ior, fresnel, specular, exponent, absorption, priority, alpha, film, thin };
             materials.dielectric.put(row, row_of_kind)
         }
         &Material::Emissive { ref radiance, two_sided } => {
@@ -273,11 +273,22 @@ fn check(material: &Material) -> Result<(), &'static str> {
             (is_part(alpha), ALPHA),
         ],
     };
-    rules.into_iter().try_for_each(|(holds, rule)| if holds { Ok(()) } else { Err(rule) })
+    let film_is_sound = match *material {
+        Material::Metal { film: Some(film), fresnel, .. } | Material::Dielectric { film: Some(film), fresnel, .. } => {
+            let has_index = film.ior >= 1.0 && film.ior.is_finite();
+            fresnel == FresnelModel::Exact && has_index && (0.0..=1e5).contains(&film.thickness)
+        }
+        _ => true,
+    };
+    rules
+        .into_iter()
+        .chain([(film_is_sound, FILM)])
+        .try_for_each(|(holds, rule)| if holds { Ok(()) } else { Err(rule) })
 }
 
 const SOUND: (bool, &str) = (true, "");
 const EXPONENT: &str = "an exponent must be at least 0";
+const FILM: &str = "a film must be at most 100000 nm thick, of an index of at least 1, and the Fresnel model Exact";
 const ALPHA: &str = "a GGX width alpha must be 0 to 1";
 
 fn is_part(value: f32) -> bool {

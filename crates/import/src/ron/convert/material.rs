@@ -2,7 +2,7 @@
 
 use brewster_optics::{fresnel, glasses, metals};
 use brewster_world::components as world;
-use brewster_world::components::parts::{self, FresnelModel, Integrator};
+use brewster_world::components::parts::{self, Film, FresnelModel, Integrator};
 use glam::Vec3;
 
 use crate::diagnostics::Code;
@@ -31,11 +31,27 @@ pub(crate) fn material(session: &mut Session, material: &Spanned<schema::Materia
         schema::Material::RoughDiffuse { albedo: color, roughness } => {
             world::Material::RoughDiffuse { albedo: albedo(session, color, "albedo", span)?, roughness: *roughness }
         }
-        schema::Material::Metal { r0, eta, k, of, edge_tint, f82, fresnel, alpha, roughness, specular, exponent } => {
+        schema::Material::Metal {
+            r0,
+            eta,
+            k,
+            of,
+            edge_tint,
+            f82,
+            fresnel,
+            alpha,
+            roughness,
+            film,
+            specular,
+            exponent,
+        } => {
             let reflectance = reflectance(session, (r0, eta, k, of), span)?;
             let reflectance = tinted(session, reflectance, (*edge_tint, *f82), span)?;
+            let has_index = !matches!(reflectance, world::Reflectance::Normal { .. });
+            let fresnel = metal_fresnel(session, &reflectance, fresnel.as_ref())?;
             world::Material::Metal {
-                fresnel: metal_fresnel(session, &reflectance, fresnel.as_ref())?,
+                film: self::film(session, film.as_ref(), fresnel, if has_index { EXACT } else { METAL_INDEX })?,
+                fresnel,
                 reflectance,
                 specular: paint(session, specular)?,
                 exponent: *exponent,
@@ -61,6 +77,10 @@ fn not_rendered(integrator: Integrator, material: &world::Material) -> Option<&'
         (Integrator::Whitted, world::Material::Metal { alpha, .. }) if *alpha > 0.0 => Some("rough metals"),
         (Integrator::Whitted, world::Material::Dielectric { alpha, .. }) if *alpha > 0.0 => Some("rough dielectrics"),
         (Integrator::Whitted, world::Material::Dielectric { thin: true, .. }) => Some("thin dielectrics"),
+        (
+            Integrator::Whitted,
+            world::Material::Metal { film: Some(_), .. } | world::Material::Dielectric { film: Some(_), .. },
+        ) => Some("thin films"),
         (Integrator::Path, world::Material::Phong { .. }) => Some("Phong materials"),
         _ => None,
     }
@@ -74,6 +94,7 @@ fn dielectric(session: &mut Session, material: &schema::Material, span: Span) ->
         fresnel,
         alpha,
         roughness,
+        film,
         thin,
         specular,
         exponent,
@@ -90,9 +111,11 @@ fn dielectric(session: &mut Session, material: &schema::Material, span: Span) ->
     if *thin && absorption.0 != Vec3::ZERO {
         session.error(Code::Conflict, span, "a thin sheet has no inside: `absorption` does not go with `thin`");
     }
+    let fresnel = fresnel_model(fresnel);
     Some(world::Material::Dielectric {
+        film: self::film(session, film.as_ref(), fresnel, EXACT)?,
         ior: index(session, (*ior, *reflectance, glass), span)?,
-        fresnel: fresnel_model(fresnel),
+        fresnel,
         specular: paint(session, specular)?,
         exponent: *exponent,
         absorption: absorption.0,
@@ -100,6 +123,22 @@ fn dielectric(session: &mut Session, material: &schema::Material, span: Span) ->
         alpha,
         thin: *thin,
     })
+}
+
+/// The film on a surface; `expected` says what it would go with.
+fn film(
+    session: &mut Session,
+    film: Option<&schema::Film>,
+    fresnel: FresnelModel,
+    expected: &str,
+) -> Option<Option<Film>> {
+    let Some(film) = film else { return Some(None) };
+    if fresnel == FresnelModel::Exact {
+        return Some(Some(Film { ior: film.ior, thickness: film.thickness }));
+    }
+    let error = session.sources.error(Code::Conflict, film.span, "a film needs the Fresnel equations");
+    session.found.push(error.expected(expected));
+    None
 }
 
 /// The GGX width that a surface gets by `alpha`, or as the square of `roughness`.
@@ -114,6 +153,11 @@ fn width(session: &mut Session, fields: (Option<f32>, Option<f32>), span: Span) 
         }
     }
 }
+
+const EXACT: &str = "`fresnel: Exact`";
+
+/// What gives a metal an index.
+const METAL_INDEX: &str = "`eta` and `k`, or `of`, or `edge_tint` beside `r0`";
 
 const METAL_FIELDS: &str = "one of: `r0`, `eta` and `k`, `of`";
 
@@ -182,9 +226,7 @@ fn metal_fresnel(
         return Some(if has_index { FresnelModel::Exact } else { FresnelModel::Schlick });
     };
     let (message, expected) = match fresnel.value {
-        schema::Fresnel::Exact {} if !has_index => {
-            ("the Fresnel equations need an index", "`eta` and `k`, or `of`, or `edge_tint` beside `r0`")
-        }
+        schema::Fresnel::Exact {} if !has_index => ("the Fresnel equations need an index", METAL_INDEX),
         schema::Fresnel::SchlickThetaM {} => ("`SchlickThetaM` is for dielectrics", "`Exact` or `Schlick`"),
         _ => return Some(fresnel_model(&fresnel.value)),
     };

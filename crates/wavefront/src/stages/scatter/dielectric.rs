@@ -3,6 +3,8 @@
 use brewster_optics::fresnel::FresnelModel;
 use brewster_optics::lobe::{LobeSample, LobeSplit, LobeValue};
 use brewster_optics::microfacet::{Ggx, RoughDielectric};
+use brewster_optics::refraction;
+use brewster_optics::thin_film::Film;
 use glam::{Vec2, Vec3};
 
 use super::{Scatter, Sides, Surface};
@@ -14,6 +16,7 @@ use crate::queues::{OnDielectric, SurfaceHit};
 #[derive(Clone, Copy, Debug)]
 pub struct Boundary {
     fresnel: FresnelModel,
+    film: Option<Film>,
     glass: RoughDielectric,
     thin: bool,
 }
@@ -22,7 +25,11 @@ impl Boundary {
     /// The part that a facet reflects.
     #[inline(always)]
     fn reflectance(&self, cos_i: f32) -> Vec3 {
-        Vec3::splat(self.fresnel.dielectric(cos_i, self.glass.eta_i, self.glass.eta_t).reflectance)
+        let RoughDielectric { eta_i, eta_t, .. } = self.glass;
+        match self.film {
+            Some(film) => film.reflectance(cos_i, eta_i, Vec3::splat(eta_t), Vec3::ZERO),
+            None => Vec3::splat(self.fresnel.dielectric(cos_i, eta_i, eta_t).reflectance),
+        }
     }
 }
 
@@ -39,7 +46,7 @@ impl Scatter for OnDielectric {
         let [eta_i, eta_t] = sides.filling.map(|medium| medium.ior(&dielectrics));
         let eta_t = if thin { dielectrics.ior[row] } else { eta_t };
         let glass = RoughDielectric { facets: Ggx::isotropic(dielectrics.alpha[row]), eta_i, eta_t };
-        Boundary { fresnel: dielectrics.fresnel[row], glass, thin }
+        Boundary { fresnel: dielectrics.fresnel[row], film: dielectrics.film[row], glass, thin }
     }
 
     #[inline(always)]
@@ -56,7 +63,8 @@ impl Scatter for OnDielectric {
 impl Surface for Boundary {
     #[inline(always)]
     fn is_smooth(&self) -> bool {
-        self.thin || self.glass.facets.is_smooth()
+        // Facets between equal indices bend nothing: a film there is a smooth mirror.
+        self.thin || self.glass.facets.is_smooth() || (self.film.is_some() && self.glass.is_matched())
     }
 
     #[inline(always)]
@@ -69,29 +77,28 @@ impl Surface for Boundary {
         if !self.is_smooth() {
             return self.glass.split(view, u, |cos_i| self.reflectance(cos_i));
         }
+        let RoughDielectric { eta_i, eta_t, .. } = self.glass;
         let cos_i = view.z.min(1.0);
-        if self.thin {
-            // Between two surfaces of reflectance r light goes to and fro: r + (1-r)² r (1 + r² + r⁴ + …) = 2r/(1+r).
-            let once = self.reflectance(cos_i);
-            let reflectance = 2.0 * once / (1.0 + once);
-            return LobeSplit {
-                reflection: Some(LobeSample::mirror(view, reflectance)),
-                transmission: Some(LobeSample::straight(view, 1.0 - reflectance)),
-                reflectance: reflectance.x,
-            };
-        }
-        let split = self.fresnel.dielectric(cos_i, self.glass.eta_i, self.glass.eta_t);
+        let cos_t = if self.thin { Some(cos_i) } else { refraction::cos_t(cos_i, eta_i, eta_t) };
+        let Some(cos_t) = cos_t else { return LobeSplit::opaque(Some(LobeSample::mirror(view, Vec3::ONE))) };
+        let once = self.reflectance(cos_i);
+        // Between the faces of a sheet light goes to and fro: r + (1-r)² r (1 + r² + r⁴ + …) = 2r/(1+r).
+        let reflectance = if self.thin { 2.0 * once / (1.0 + once) } else { once };
+        let transmittance = 1.0 - reflectance;
+        let transmission = match self.thin {
+            true => LobeSample::straight(view, transmittance),
+            false => LobeSample::refracted(view, cos_t, [eta_i, eta_t], transmittance),
+        };
         LobeSplit {
-            reflection: Some(LobeSample::mirror(view, Vec3::splat(split.reflectance))),
-            transmission: (!split.is_total()).then(|| {
-                LobeSample::refracted(
-                    view,
-                    split.cos_t,
-                    [self.glass.eta_i, self.glass.eta_t],
-                    Vec3::splat(1.0 - split.reflectance),
-                )
-            }),
-            reflectance: split.reflectance,
+            reflection: Some(LobeSample::mirror(view, reflectance)),
+            transmission: (transmittance.max_element() > 0.0).then_some(transmission),
+            reflectance: mean(reflectance),
         }
     }
+}
+
+/// The mean of a color's channels; exact for a gray.
+#[inline(always)]
+fn mean(color: Vec3) -> f32 {
+    color.x + ((color.y - color.x) + (color.z - color.x)) * (1.0 / 3.0)
 }

@@ -4,6 +4,7 @@ use brewster_optics::conductor::F82Tint;
 use brewster_optics::fresnel::{FresnelModel, conductor_color};
 use brewster_optics::lobe::{LobeSample, LobeSplit, LobeValue};
 use brewster_optics::microfacet::Ggx;
+use brewster_optics::thin_film::Film;
 use glam::{Vec2, Vec3};
 
 use super::{Scatter, Sides, Surface};
@@ -15,6 +16,7 @@ use crate::queues::{OnMetal, SurfaceHit};
 #[derive(Clone, Copy, Debug)]
 pub struct Conductor {
     facets: Ggx,
+    film: Option<Film>,
     fresnel: FresnelModel,
     r0: Vec3,
     tint: F82Tint,
@@ -27,6 +29,9 @@ impl Conductor {
     /// What a facet reflects.
     #[inline(always)]
     fn reflectance(&self, cos_i: f32) -> Vec3 {
+        if let Some(film) = self.film {
+            return film.reflectance(cos_i, self.eta_i, self.eta, self.k);
+        }
         match self.fresnel {
             FresnelModel::Exact => conductor_color(cos_i, self.eta_i, self.eta, self.k),
             FresnelModel::Schlick | FresnelModel::SchlickThetaM => self.tint.reflectance(cos_i),
@@ -46,6 +51,7 @@ impl Scatter for OnMetal {
         let r0 = scene.textures.evaluate(material.r0, hit.point.uv);
         Conductor {
             facets: Ggx::isotropic(material.alpha),
+            film: material.film,
             fresnel: material.fresnel,
             r0,
             tint: F82Tint::new(r0, material.f82),

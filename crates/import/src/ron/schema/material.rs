@@ -1,0 +1,174 @@
+//! Materials, and the textures in them.
+
+use std::sync::OnceLock;
+
+use super::{ABOVE_ZERO, ONE_OR_MORE, ZERO_OR_MORE};
+use crate::ron::decode::{Context, Decode, Fields, check_name, schema, variant};
+use crate::ron::info::{FieldInfo, Form, Kind, Range, TypeInfo, VariantInfo};
+use crate::ron::node::Node;
+use crate::ron::values::{Either, Rgb, Spanned};
+use crate::source::Span;
+
+const ZERO_TO_ONE: Range = Range { text: "0 to 1", admits: |x| (0.0..=1.0).contains(&x) };
+const BELOW_ONE: Range = Range { text: "0 or more, below 1", admits: |x| (0.0..1.0).contains(&x) };
+const FILM: Range = Range { text: "0 to 100000", admits: |x| (0.0..=1e5).contains(&x) };
+
+/// A color, or a texture in its place.
+pub(crate) type Paint = Either<Rgb, Texture>;
+
+schema! {
+    /// What a surface does to light.
+    choice Material {
+        /// The lectures' ordinary material: ambient, diffuse and specular.
+        Phong {
+            /// Factor of ambient light; as `diffuse` where absent.
+            ambient: Option<Paint> where ZERO_OR_MORE => "0.1",
+            /// Albedo of the diffuse part.
+            diffuse: Paint where ZERO_OR_MORE = "0.5" => "Checker(a: 0.2, b: 0.8, size: 0.5)",
+            /// Factor of the highlight.
+            specular: Paint where ZERO_OR_MORE = "0" => "0.3",
+            /// Exponent of the highlight: larger is sharper.
+            exponent: f32 where ZERO_OR_MORE = "32" => "80",
+        },
+        /// Ideal diffuse reflection.
+        Lambert {
+            /// The part of the light that comes back.
+            albedo: Paint where ZERO_OR_MORE = "0.5" => "\"#c04020\"",
+        },
+        /// A diffuse surface that shadows itself: clay, dust, the moon. The energy-preserving model of Oren and Nayar; for
+        /// `Path`.
+        RoughDiffuse {
+            /// The part of the light that would come back, were it smooth.
+            albedo: Paint where ZERO_OR_MORE = "0.5" => "\"#c04020\"",
+            /// 0 is `Lambert`.
+            roughness: f32 where ZERO_TO_ONE = "0.5" => "1",
+        },
+        /// An opaque conductor. It takes `r0`, or `eta` and `k`, or `of`; and `alpha` or `roughness`.
+        Metal {
+            /// Reflectance at normal incidence.
+            r0: Option<Paint> where ZERO_TO_ONE => "(0.3, 0.4, 0.9)",
+            /// Real part of the complex index, per channel.
+            eta: Option<Rgb> where ABOVE_ZERO => "(0.14, 0.38, 1.44)",
+            /// Imaginary part of the complex index, per channel.
+            k: Option<Rgb> where ZERO_OR_MORE => "(3.98, 2.39, 1.6)",
+            /// A measured metal, by its symbol or its name.
+            of: Option<Spanned<String>> => "\"Au\"",
+            /// Beside `r0`: color of the edge, from which the index follows after Gulbrandsen; a color for all of the surface.
+            edge_tint: Option<Rgb> where ZERO_TO_ONE => "(0.9, 0.7, 0.5)",
+            /// Beside `r0`: color of the edge at 82 degrees, as a factor of Schlick's curve.
+            f82: Option<Rgb> where ZERO_TO_ONE => "(1, 0.9, 0.8)",
+            /// How reflectance grows toward grazing angles: `Exact` where an index is known and `Schlick` with `r0`, if
+            /// absent.
+            fresnel: Option<Spanned<Fresnel>> => "Schlick",
+            /// Width of the GGX distribution of facets: 0 is a mirror, anything else is for `Path`.
+            alpha: Option<f32> where ZERO_TO_ONE => "0.2",
+            /// The same as artists turn it: its square is `alpha`.
+            roughness: Option<f32> where ZERO_TO_ONE => "0.45",
+            /// A film on the surface, so thin that it shows the colors of interference. For `Path`, with the Fresnel equations.
+            film: Option<Film> => "(ior: 1.33, thickness: 400)",
+            /// `Whitted`: factor of the highlight, beside the reflectance at normal incidence.
+            specular: Paint where ZERO_OR_MORE = "1" => "0.5",
+            /// `Whitted`: exponent of the highlight.
+            exponent: f32 where ZERO_OR_MORE = "100" => "300",
+        },
+        /// A transparent solid. It takes `ior`, or `reflectance`, or `glass`; and `alpha` or `roughness`.
+        Dielectric {
+            /// Index of refraction.
+            ior: Option<f32> where ONE_OR_MORE => "1.5",
+            /// Reflectance at normal incidence, from which the index follows.
+            reflectance: Option<f32> where BELOW_ONE => "0.04",
+            /// A glass or another transparent matter, by its name.
+            glass: Option<Spanned<String>> => "\"SF11\"",
+            /// How the reflected part is computed.
+            fresnel: Fresnel = "Exact" => "SchlickThetaM",
+            /// Width of the GGX distribution of facets: 0 is smooth, anything else is for `Path`.
+            alpha: Option<f32> where ZERO_TO_ONE => "0.2",
+            /// The same as artists turn it: its square is `alpha`.
+            roughness: Option<f32> where ZERO_TO_ONE => "0.45",
+            /// Whether the surface is a whole sheet, too thin to be inside of: light goes straight on, after any number of
+            /// reflections between both faces. For `Path`.
+            thin: bool = "false" => "true",
+            /// A film on the surface, so thin that it shows the colors of interference. For `Path`, with the Fresnel equations.
+            film: Option<Film> => "(ior: 1.33, thickness: 400)",
+            /// `Whitted`: factor of the highlight, beside the reflected or the transmitted part.
+            specular: Paint where ZERO_OR_MORE = "1" => "0.5",
+            /// `Whitted`: exponent of the highlight.
+            exponent: f32 where ZERO_OR_MORE = "100" => "300",
+            /// What the inside takes away, after Beer and Lambert.
+            absorption: Rgb as "1/m" where ZERO_OR_MORE = "0" => "(0.1, 0.02, 0.05)",
+            /// Where solids overlap the highest counts; at equal priority the one entered last.
+            priority: i32 = "0" => "1",
+        },
+        /// A surface that sends out light and reflects none. With `Whitted` it is seen and lights nothing.
+        Emissive {
+            /// The light.
+            radiance: Paint as "nit" where ZERO_OR_MORE = "1" => "(5, 4, 3)",
+            /// Which sides shine.
+            sides: Sides = "Both" => "Front",
+        },
+    }
+
+    /// A film of transparent matter: soap, oil, the oxide on tempered steel. Light that is reflected at both of its sides adds up as
+    /// waves; each channel shows the mean over its part of the spectrum.
+    record Film {
+        /// Index of refraction.
+        ior: f32 where ONE_OR_MORE => "1.33",
+        /// Thickness.
+        thickness: f32 as "nm" where FILM => "400",
+    }
+
+    /// Sides of a surface.
+    choice Sides {
+        /// The one that the normal points to: the outside of solids.
+        Front {},
+        /// Both.
+        Both {},
+    }
+
+    /// How a reflectance is computed.
+    choice Fresnel {
+        /// By the Fresnel equations.
+        Exact {},
+        /// Schlick's approximation.
+        Schlick {},
+        /// Schlick's approximation with the angle in the thinner medium. For dielectrics.
+        SchlickThetaM {},
+    }
+
+    /// A color that varies over a surface.
+    choice Texture {
+        /// Squares in turn.
+        Checker {
+            /// Color of the square at the origin of the texture coordinates.
+            a: Rgb where ZERO_OR_MORE = "0.2" => "(0.1, 0.1, 0.3)",
+            /// Color of its neighbors.
+            b: Rgb where ZERO_OR_MORE = "0.8" => "\"#ffeecc\"",
+            /// Side of a square in texture coordinates; on a plane these are meters.
+            size: f32 where ABOVE_ZERO = "1" => "0.5",
+        },
+        /// From one color to another as a texture coordinate goes from 0 to 1.
+        Gradient {
+            /// Color at 0.
+            from: Rgb where ZERO_OR_MORE = "0" => "(0.1, 0.1, 0.3)",
+            /// Color at 1.
+            to: Rgb where ZERO_OR_MORE = "1" => "(0.9, 0.8, 0.6)",
+            /// Which coordinate.
+            axis: Axis = "V" => "U",
+        },
+        /// A picture file: PNG, JPEG, WebP, Radiance HDR or OpenEXR.
+        Image {
+            /// The file, seen from the folder of the scene file.
+            file: Spanned<String> => "\"wood.png\"",
+            /// Times the picture repeats over texture coordinates 0 to 1.
+            repeat: f32 where ABOVE_ZERO = "1" => "4",
+        },
+    }
+
+    /// A texture coordinate.
+    choice Axis {
+        /// The first.
+        U {},
+        /// The second.
+        V {},
+    }
+}
