@@ -7,6 +7,10 @@ use crate::scene::parse;
 
 /// Glass, one ball of it in another, and metals under a sky; `floor` stands in the middle of an entity.
 fn scene(floor: &str) -> SceneBuffers {
+    scene_with(floor, "")
+}
+
+fn scene_with(floor: &str, frosted: &str) -> SceneBuffers {
     parse(&format!(
         r#"Scene(
             settings: (integrator: Path, resolution: (48, 32), max_depth: 8, samples: 8, filter: Box),
@@ -17,6 +21,7 @@ fn scene(floor: &str) -> SceneBuffers {
                 (shape: Sphere(radius: 0.8), material: Dielectric(ior: 1.5, absorption: (0.5, 0.1, 0.3)), at: (-1, 0.8, 0)),
                 (shape: Sphere(radius: 0.4), material: Dielectric(ior: 1.33, priority: 1), at: (-1, 0.8, 0)),
                 (shape: Sphere(radius: 0.8), material: Metal(of: "gold"), at: (1, 0.8, 0)),
+                {frosted}
                 (shape: Box(size: (0.6, 0.6, 0.6)), material: Dielectric(ior: 1.7), at: (0.2, 0.35, 1.6), rotate: (y: 30)),
             ],
         )"#
@@ -38,7 +43,8 @@ fn compare(a: &SceneBuffers, b: &SceneBuffers) -> (f64, f64) {
 
 #[test]
 fn splitting_and_choosing_agree_at_any_depth() {
-    let mut choosing = scene(DIFFUSE);
+    let frosted = "(shape: Sphere(radius: 0.5), material: Dielectric(ior: 1.5, alpha: 0.4), at: (2, 0.5, 1)),";
+    let mut choosing = scene_with(DIFFUSE, frosted);
     choosing.settings.sampler = SamplerKind::Independent;
     choosing.settings.split_depth = 0;
     for split_depth in [1, 2, 8] {

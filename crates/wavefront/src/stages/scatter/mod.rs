@@ -237,7 +237,7 @@ impl Arrival<'_> {
     ) -> [Vec3; 2] {
         let Draw { direction_x, direction_y, lobe, .. } = self.draw;
         let split = surface.sample(self.view, Vec2::new(direction_x, direction_y), lobe);
-        if self.splits() && split.transmission.is_some() {
+        if self.splits() && split.reflectance < 1.0 {
             counts.branched += 1;
             let branch = self.ray.branch.wrapping_mul(2);
             let reflected = self.send(split.reflection, branch, next, contributions, counts);
