@@ -135,6 +135,6 @@ impl LobeSplit {
 
 /// The mean of a color's channels, what choices between lobes go by; exact for a gray.
 #[inline(always)]
-pub(crate) fn mean(color: Vec3) -> f32 {
+pub fn mean(color: Vec3) -> f32 {
     color.x + ((color.y - color.x) + (color.z - color.x)) * (1.0 / 3.0)
 }

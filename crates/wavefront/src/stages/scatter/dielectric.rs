@@ -1,7 +1,7 @@
 //! Scattering by boundaries of dielectrics, smooth, rough and thin.
 
 use brewster_optics::fresnel::FresnelModel;
-use brewster_optics::lobe::{LobeSample, LobeSplit, LobeValue};
+use brewster_optics::lobe::{LobeSample, LobeSplit, LobeValue, mean};
 use brewster_optics::microfacet::{Ggx, RoughDielectric};
 use brewster_optics::refraction;
 use brewster_optics::thin_film::Film;
@@ -95,10 +95,4 @@ impl Surface for Boundary {
             reflectance: mean(reflectance),
         }
     }
-}
-
-/// The mean of a color's channels; exact for a gray.
-#[inline(always)]
-fn mean(color: Vec3) -> f32 {
-    color.x + ((color.y - color.x) + (color.z - color.x)) * (1.0 / 3.0)
 }
