@@ -47,15 +47,29 @@ pub fn rough_mirror(view: DVec3, alpha: [f64; 2], fresnel: impl Fn(f64) -> DVec3
 pub fn rough_dielectric(view: DVec3, alpha: [f64; 2], eta_i: f64, eta_t: f64) -> Albedo {
     let ratio = eta_i / eta_t;
     let both = over_facets(view, alpha, |m, weight| {
-        let cos_i = view.dot(m);
-        let (reflectance, cos_t) = dielectric(cos_i, ratio);
-        let light = mirrored(view, m);
-        let reflected = if light.z > 0.0 { weight * g1(light, alpha) * reflectance } else { 0.0 };
-        let light = m * (ratio * cos_i - cos_t) - view * ratio;
-        let transmitted = if light.z < 0.0 { weight * g1(light, alpha) * (1.0 - reflectance) } else { 0.0 };
-        DVec3::new(reflected, transmitted, 0.0)
+        let (reflectance, cos_t) = dielectric(view.dot(m), ratio);
+        let [reflected, transmitted] = seen_both_ways(view, m, alpha, ratio, cos_t);
+        DVec3::new(weight * reflected * reflectance, weight * transmitted * (1.0 - reflectance), 0.0)
     });
     Albedo { reflected: both.x, transmitted: both.y }
+}
+
+/// What a rough boundary reflects and transmits together, where its facets reflect `color(cosine)` and transmit the rest, and
+/// reflect all beyond the critical angle: a filmed one, say. `ratio` is the index on the viewer's side over the other.
+pub fn rough_boundary(view: DVec3, alpha: [f64; 2], ratio: f64, color: impl Fn(f64) -> DVec3) -> DVec3 {
+    over_facets(view, alpha, |m, weight| {
+        let cos_i = view.dot(m);
+        let (_, cos_t) = dielectric(cos_i, ratio);
+        let color = if cos_t > 0.0 { color(cos_i) } else { DVec3::ONE };
+        let [reflected, transmitted] = seen_both_ways(view, m, alpha, ratio, cos_t);
+        (color * reflected + (DVec3::ONE - color) * transmitted) * weight
+    })
+}
+
+/// G1 of the mirrored and of the refracted direction; 0 for one on the wrong side.
+fn seen_both_ways(view: DVec3, m: DVec3, alpha: [f64; 2], ratio: f64, cos_t: f64) -> [f64; 2] {
+    let (up, down) = (mirrored(view, m), m * (ratio * view.dot(m) - cos_t) - view * ratio);
+    [if up.z > 0.0 { g1(up, alpha) } else { 0.0 }, if down.z < 0.0 { g1(down, alpha) } else { 0.0 }]
 }
 
 /// What a [`sheen`](crate::sheen) of color 1 reflects of the light at a cosine.
@@ -158,6 +172,26 @@ mod tests {
     use glam::Vec3;
 
     const ALPHAS: [[f64; 2]; 4] = [[0.1, 0.1], [0.3, 0.3], [1.0, 1.0], [0.2, 0.6]];
+
+    /// With the Fresnel equations for its color a boundary is a dielectric, and one that reflects nothing it could transmit
+    /// still reflects all beyond the critical angle.
+    #[test]
+    fn boundaries_of_any_color() {
+        for (cosine, alpha, [eta_i, eta_t]) in
+            [(1.0, 0.1, [1.0, 1.5]), (0.6, 0.3, [1.0, 1.5]), (0.5, 0.3, [1.5, 1.0]), (0.1, 0.7, [1.33, 1.5])]
+        {
+            let (view, alpha) = (at_cosine(cosine), [alpha; 2]);
+            let fresnel = |cosine: f64| {
+                let split = FresnelModel::Exact.dielectric(cosine as f32, eta_i as f32, eta_t as f32);
+                DVec3::splat(split.reflectance as f64)
+            };
+            let Albedo { reflected, transmitted } = rough_dielectric(view, alpha, eta_i, eta_t);
+            let found = rough_boundary(view, alpha, eta_i / eta_t, fresnel).x;
+            assert!((found - reflected - transmitted).abs() < 1e-6, "{cosine}: {found}");
+        }
+        let clear = rough_boundary(at_cosine(0.3), [1e-4; 2], 1.5, |_| DVec3::ZERO).x;
+        assert!((clear - 1.0).abs() < 1e-3, "{clear}");
+    }
 
     /// The same integral over directions of light instead of facets, through the shading code.
     #[test]
