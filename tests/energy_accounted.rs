@@ -7,7 +7,7 @@ use brewster_wavefront::{Counts, Policy, Stats};
 use crate::scene::{parse, render_with};
 
 /// A scene with everything that gains or loses energy: absorbing and overlapping glass, rough and smooth metal, diffuse and
-/// rough diffuse surfaces, thin films, a mesh whose shading normals are far from its own, a lamp.
+/// rough diffuse surfaces, thin films, dispersion, a mesh whose shading normals are far from its own, a lamp.
 fn scene() -> SceneBuffers {
     parse(
         r#"Scene(
@@ -25,6 +25,7 @@ fn scene() -> SceneBuffers {
                 "wine": Dielectric(ior: 1.34, absorption: (0.2, 2, 1.5)),
                 "frost": Dielectric(ior: 1.5, alpha: 0.2),
                 "oily frost": Dielectric(ior: 1.5, alpha: 0.3, film: (ior: 1.3, thickness: 350)),
+                "flint": Dielectric(ior: 1.7, dispersion: Abbe(number: 25)),
                 "bubble": Dielectric(ior: 1, film: (ior: 1.33, thickness: 420)),
             },
             entities: [
@@ -38,6 +39,7 @@ fn scene() -> SceneBuffers {
                 (shape: Sphere(radius: 0.4), material: "temper", at: (-2.4, 0.4, 1.2)),
                 (shape: Sphere(radius: 0.5), material: "oily frost", at: (0.1, 0.5, 2)),
                 (shape: Sphere(radius: 0.4), material: "bubble", at: (-0.2, 1.7, 0.5)),
+                (shape: Sphere(radius: 0.4), material: "flint", at: (1.5, 0.4, 2)),
                 (shape: "ball", material: "bottle", at: (2, 0.8, 1), scale: 0.6),
                 (shape: Sphere(radius: 0.2), material: Emissive(radiance: 8), at: (0.5, 3, 1)),
                 (light: Point(intensity: 10), at: (-2, 4, 3)),
@@ -73,7 +75,7 @@ fn what_enters_leaves_to_the_last_digit() {
                 assert_eq!(at(of.entered), *sent + at(of.crossed), "{context}");
                 let scattered = at(of.absorbed) + at(of.residual) + at(of.below_surface) + at(of.onward);
                 let scattered = scattered + at(of.roulette_removed) - at(of.roulette_added);
-                assert_eq!(at(of.scattered), scattered, "{context}");
+                assert_eq!(at(of.scattered) + at(of.recolored), scattered, "{context}");
                 *sent = at(of.onward);
             }
         }

@@ -27,6 +27,7 @@ mod attributed;
 mod batches_agree;
 mod closed_forms;
 mod conservation;
+mod dispersion;
 mod edits_agree;
 mod energy_accounted;
 mod furnace;

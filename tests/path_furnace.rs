@@ -71,6 +71,7 @@ fn nothing_is_lost_where_nothing_absorbs() {
     check("Dielectric(ior: 1.5)", DVec3::ONE);
     check("Dielectric(ior: 2.4)", DVec3::ONE);
     check("Dielectric(ior: 1.5, thin: true)", DVec3::ONE);
+    check("Dielectric(ior: 1.7, dispersion: Abbe(number: 20))", DVec3::ONE);
     check("Dielectric(ior: 1.5, film: (ior: 1.33, thickness: 400))", DVec3::ONE);
     check("Dielectric(ior: 1, film: (ior: 1.33, thickness: 300))", DVec3::ONE);
     check("Dielectric(ior: 1.5, thin: true, film: (ior: 2, thickness: 150))", DVec3::ONE);

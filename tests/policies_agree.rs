@@ -43,7 +43,8 @@ fn compare(a: &SceneBuffers, b: &SceneBuffers) -> (f64, f64) {
 
 #[test]
 fn splitting_and_choosing_agree_at_any_depth() {
-    let frosted = "(shape: Sphere(radius: 0.5), material: Dielectric(ior: 1.5, alpha: 0.4), at: (2, 0.5, 1)),";
+    let frosted = "(shape: Sphere(radius: 0.5), material: Dielectric(ior: 1.5, alpha: 0.4), at: (2, 0.5, 1)),
+        (shape: Sphere(radius: 0.4), material: Dielectric(ior: 1.7, dispersion: Abbe(number: 20)), at: (-2, 0.4, 1.2)),";
     let mut choosing = scene_with(DIFFUSE, frosted);
     choosing.settings.sampler = SamplerKind::Independent;
     choosing.settings.split_depth = 0;

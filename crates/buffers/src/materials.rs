@@ -1,6 +1,7 @@
 //! Materials, split by kind so that a shading stage reads columns of one kind only.
 
 use brewster_lanes::columns;
+use brewster_optics::dispersion::DispersiveIndex;
 use brewster_optics::fresnel::FresnelModel;
 use brewster_optics::thin_film::Film;
 use glam::Vec3;
@@ -121,8 +122,10 @@ columns! {
 columns! {
     /// A transparent solid, and the medium inside it.
     pub struct Dielectric => DielectricColumns, DielectricsView, DielectricsViewMut {
-        /// Index of refraction.
+        /// Index of refraction; with dispersion that at the d line.
         pub ior: f32,
+        /// How the index depends on the wavelength, if it does; read by `Path` only, and not where `thin`.
+        pub dispersion: Option<DispersiveIndex>,
         /// How F_r is computed.
         pub fresnel: FresnelModel,
         /// Factor of the highlight, beside F_r or F_t.

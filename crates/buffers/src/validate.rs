@@ -105,7 +105,11 @@ impl SceneBuffers {
         require(
             films.all(|film| film.ior >= 1.0 && film.ior.is_finite() && (0.0..=1e5).contains(&film.thickness)),
             || "a material has a film that is none".to_owned(),
-        )
+        )?;
+        let mut dispersions = dielectric.dispersion.iter().zip(dielectric.thin);
+        require(dispersions.all(|(dispersion, &thin)| dispersion.is_none_or(|index| index.is_sound() && !thin)), || {
+            "a material has a dispersion that is none".to_owned()
+        })
     }
 
     fn has_color(&self, color: &ColorSource) -> bool {

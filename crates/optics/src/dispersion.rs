@@ -84,6 +84,19 @@ impl DispersiveIndex {
         self.ior_at(D_LINE)
     }
 
+    /// Whether its numbers are finite and no resonance lies among the visible wavelengths.
+    pub fn is_sound(&self) -> bool {
+        let square = |nanometers: f32| 1e-6 * nanometers * nanometers;
+        let visible = square(*spectrum::VISIBLE.start())..=square(*spectrum::VISIBLE.end());
+        match self {
+            DispersiveIndex::Cauchy(Cauchy { a, b, c }) => [a, b, c].into_iter().all(|number| number.is_finite()),
+            DispersiveIndex::Sellmeier(Sellmeier { b, c }) => {
+                b.is_finite() && c.is_finite() && !c.to_array().iter().any(|c| visible.contains(c))
+            }
+            DispersiveIndex::Glass(_) => true,
+        }
+    }
+
     /// Abbe's number `(n_d - 1)/(n_F - n_C)`; infinite without dispersion.
     pub fn abbe_number(&self) -> f32 {
         (self.ior() - 1.0) / (self.ior_at(F_LINE) - self.ior_at(C_LINE))
@@ -182,6 +195,27 @@ impl Wavelength {
     }
 }
 
+/// The wavelength that a path follows, or none yet: small, so that every ray in flight can carry it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct PathWavelength(u16);
+
+impl PathWavelength {
+    /// The path has not met a boundary that disperses: it carries all wavelengths.
+    pub const NONE: PathWavelength = PathWavelength(0);
+
+    /// The wavelength of a random number in [0, 1), to a 65,535th of it.
+    #[inline]
+    pub fn draw(u: f32) -> PathWavelength {
+        PathWavelength(1 + (u * f32::from(u16::MAX)) as u16)
+    }
+
+    /// The wavelength that was drawn.
+    #[inline]
+    pub fn get(self) -> Option<Wavelength> {
+        (self != PathWavelength::NONE).then(|| Wavelength::sample((f32::from(self.0) - 0.5) / f32::from(u16::MAX)))
+    }
+}
+
 #[inline(always)]
 fn between(row: usize, part: f32) -> Vec3 {
     BAND[row] + (BAND[row + 1] - BAND[row]) * part
@@ -207,6 +241,18 @@ mod tests {
         ("SF11", [1.784_72, 1.806_45, 1.775_99], 25.76),
         ("fused silica", [1.458_46, 1.463_13, 1.456_37], 67.82),
     ];
+
+    /// Every wavelength that a path can carry is as likely as any other: white stays white.
+    #[test]
+    fn paths_stay_white() {
+        assert_eq!(PathWavelength::NONE.get(), None);
+        let drawn = |i: u32| PathWavelength::draw(i as f32 / 65_535.0 + 1e-6);
+        let weights = (0..65_535).map(|i| drawn(i).get().expect("it was drawn").weight.as_dvec3());
+        let mean = weights.sum::<glam::DVec3>() / 65_535.0;
+        assert!((mean - 1.0).abs().max_element() < 1e-5, "{mean}");
+        let codes = (0..65_535).map(|i| drawn(i).0);
+        assert!(codes.eq(1..=u16::MAX), "all codes, each once");
+    }
 
     #[test]
     fn indices_are_the_catalogs() {

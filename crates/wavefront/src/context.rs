@@ -3,6 +3,7 @@
 use brewster_buffers::{Camera, Integrator, PixelFilter, SceneBuffers};
 use brewster_film::{Filter, FilterSampler};
 use brewster_geometry::SceneGeometry;
+use brewster_optics::dispersion::PathWavelength;
 use glam::Vec2;
 
 use crate::albedo::Albedos;
@@ -22,8 +23,8 @@ pub struct Context<'a> {
     pub camera: &'a Camera,
     /// The media around the camera, the outermost first.
     pub camera_media: Vec<Medium>,
-    /// The index of refraction around the camera.
-    pub camera_ior: f32,
+    /// The medium that fills the place of the camera.
+    pub camera_medium: Medium,
     /// Where `Whitted`'s samples lie around the center of every pixel, in pixels, by number of the sample.
     pub pattern: Vec<Vec2>,
     /// Where `Path`'s random numbers come from.
@@ -56,7 +57,7 @@ impl<'a> Context<'a> {
             geometry: scene.geometry(),
             camera,
             camera_media,
-            camera_ior: stacks.filling(around).ior(&dielectrics),
+            camera_medium: stacks.filling(around),
             pattern: match settings.integrator {
                 Integrator::Whitted => pattern(settings.samples, settings.seed, &filter),
                 Integrator::Path => Vec::new(),
@@ -71,12 +72,14 @@ impl<'a> Context<'a> {
     /// What radiance in a medium weighs at the camera beside the energy that a ray's weight counts: radiance over the squared
     /// index is what boundaries pass on, so the factor is `(n_camera/n)²`. `Whitted` does without, as the lectures do.
     #[inline(always)]
-    pub fn radiance_scale(&self, stacks: &MediaStacks, media: MediaId) -> f32 {
+    pub fn radiance_scale(&self, stacks: &MediaStacks, media: MediaId, wavelength: PathWavelength) -> f32 {
         match self.scene.settings.integrator {
             Integrator::Whitted => 1.0,
             Integrator::Path => {
-                let ratio = self.camera_ior / stacks.filling(media).ior(&self.scene.materials.dielectric.view());
-                ratio * ratio
+                let dielectrics = self.scene.materials.dielectric.view();
+                let [camera, here] =
+                    [self.camera_medium, stacks.filling(media)].map(|medium| medium.ior_at(wavelength, &dielectrics));
+                (camera / here) * (camera / here)
             }
         }
     }

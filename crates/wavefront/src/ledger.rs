@@ -5,7 +5,7 @@
 //! the last digit:
 //!
 //! - `entered = volume + escaped + crossed + emitters + cut + scattered`: what a traced ray comes to;
-//! - `scattered = absorbed + residual + below_surface + roulette_removed - roulette_added + onward`: what a surface makes of it.
+//! - `scattered + recolored = absorbed + residual + below_surface + roulette_removed - roulette_added + onward`: what a surface makes of it.
 //!
 //! What a surface absorbs is not what its sampler happens to lose: `absorbed` is what the theory expects, from the
 //! material's [tabulated albedo](crate::albedo). The sampler's deviation from it is `residual`, whose mean is zero if sampler
@@ -89,7 +89,9 @@ ledger! {
     cut,
     /// Arrived at surfaces that scatter.
     scattered,
-    /// Of that, absorbed by theory.
+    /// Given to paths that have drawn a wavelength, below zero where it was taken: zero in mean.
+    recolored,
+    /// Of what is scattered, absorbed by theory.
     absorbed,
     /// What the sampler lost beyond theory; below zero what it gave too much. Zero in mean.
     residual,

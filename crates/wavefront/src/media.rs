@@ -11,6 +11,7 @@ use brewster_buffers::{DielectricsView, MaterialKind, MaterialRowsView, SceneBuf
 use brewster_geometry::{Hit, HitColumns, Rays, SurfacePoint, closest_hits, offset_origin, surface};
 use brewster_lanes::Level;
 use brewster_optics::absorption::transmittance;
+use brewster_optics::dispersion::PathWavelength;
 use glam::Vec3;
 
 /// A set of media in the order in which they were entered: a row of [`MediaStacks`]. Holds within one batch.
@@ -30,10 +31,29 @@ impl Medium {
     /// No medium.
     pub const VACUUM: Medium = Medium(u32::MAX);
 
-    /// Its index of refraction.
+    /// Its index of refraction, at the d line where it depends on the wavelength.
     #[inline(always)]
     pub fn ior(self, dielectrics: &DielectricsView<'_>) -> f32 {
-        if self == Medium::VACUUM { 1.0 } else { dielectrics.ior[self.0 as usize] }
+        self.ior_at(PathWavelength::NONE, dielectrics)
+    }
+
+    /// Its index of refraction for a path.
+    #[inline(always)]
+    pub fn ior_at(self, wavelength: PathWavelength, dielectrics: &DielectricsView<'_>) -> f32 {
+        if self == Medium::VACUUM {
+            return 1.0;
+        }
+        let row = self.0 as usize;
+        match (dielectrics.dispersion[row], wavelength.get()) {
+            (Some(index), Some(wavelength)) => index.ior_at(wavelength.nanometers),
+            _ => dielectrics.ior[row],
+        }
+    }
+
+    /// Whether its index depends on the wavelength.
+    #[inline(always)]
+    pub fn disperses(self, dielectrics: &DielectricsView<'_>) -> bool {
+        self != Medium::VACUUM && dielectrics.dispersion[self.0 as usize].is_some()
     }
 
     /// The part of light that is left after a distance in it, which may be infinite.
@@ -256,6 +276,7 @@ mod tests {
 
     fn dielectrics(priorities: &[i32]) -> DielectricColumns {
         let row = |&priority: &i32| Dielectric {
+            dispersion: None,
             ior: 1.5,
             fresnel: FresnelModel::Exact,
             specular: ColorSource::constant(Vec3::ONE),

@@ -253,6 +253,7 @@ impl Editor {
             4 => {
                 let ior = 1.0 + self.random.unit();
                 Material::Dielectric {
+                    dispersion: None,
                     ior,
                     fresnel,
                     specular: self.color(),

@@ -6,6 +6,7 @@ use bevy_ecs::entity::Entity;
 use bevy_ecs::hierarchy::ChildOf;
 use bevy_ecs::name::Name;
 use brewster_geometry::TriangleMesh;
+use brewster_optics::dispersion::{Cauchy, DispersiveIndex};
 use brewster_optics::fresnel::FresnelModel;
 use brewster_optics::thin_film::Film;
 use brewster_world::Scene;
@@ -153,6 +154,7 @@ fn materials_that_are_none_are_left_out() {
     let edge = |r0, tint| Reflectance::EdgeTint { r0: Vec3::splat(r0), edge_tint: Vec3::splat(tint) };
     let index = |eta, k| Reflectance::Index { eta: Vec3::splat(eta), k: Vec3::splat(k) };
     let glass = |ior, absorption, alpha| Material::Dielectric {
+        dispersion: None,
         ior,
         fresnel: FresnelModel::Exact,
         specular: Color::WHITE,
@@ -162,6 +164,18 @@ fn materials_that_are_none_are_left_out() {
         alpha,
         film: None,
         thin: false,
+    };
+    let dispersive = |b, thin| Material::Dielectric {
+        dispersion: Some(DispersiveIndex::Cauchy(Cauchy { a: 1.5, b, c: 0.0 })),
+        ior: 1.5,
+        fresnel: FresnelModel::Exact,
+        specular: Color::WHITE,
+        exponent: 1.0,
+        absorption: Vec3::ZERO,
+        priority: 0,
+        alpha: 0.0,
+        film: None,
+        thin,
     };
     for (material, expected) in [
         (Material::Lambert { albedo: Color::gray(f32::NAN) }, "a color must be finite"),
@@ -174,6 +188,8 @@ fn materials_that_are_none_are_left_out() {
         (glass(0.9, 0.0, 0.0), "index of refraction must be at least 1"),
         (glass(1.5, -1.0, 0.0), "absorption must be at least 0"),
         (glass(1.5, 0.0, 1.5), "alpha must be 0 to 1"),
+        (dispersive(f32::NAN, false), "dispersion must be finite"),
+        (dispersive(0.004, true), "not that of a thin sheet"),
         (rough_metal(-0.5), "alpha must be 0 to 1"),
         (rough_metal(f32::NAN), "alpha must be 0 to 1"),
         (metal(edge(1.5, 0.0), FresnelModel::Exact), "colors must be 0 to 1"),

@@ -333,6 +333,7 @@ fn energy(ledger: &Ledger, terminal: Terminal) {
         ("in media", mean(ledger.volume), String::new()),
         ("cut by depth", mean(ledger.cut), String::new()),
         ("below surfaces", mean(ledger.below_surface), ", where shading normals point".to_owned()),
+        ("by dispersion", -mean(ledger.recolored), ", zero in mean".to_owned()),
         ("by roulette", roulette, ", zero in mean".to_owned()),
         ("by sampling", mean(ledger.residual), format!(", zero in mean: {x:.1}, {y:.1}, {z:.1} standard errors")),
     ];

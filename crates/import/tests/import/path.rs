@@ -5,7 +5,9 @@ use std::sync::Arc;
 
 use bevy_ecs::world::World;
 use brewster_import::{Importer, LoadOptions, load_scene};
-use brewster_world::components::parts::{self, Film, FresnelModel, Integrator, SamplerKind};
+use brewster_optics::dispersion::Cauchy;
+use brewster_optics::glasses::glass;
+use brewster_world::components::parts::{self, DispersiveIndex, Film, FresnelModel, Integrator, SamplerKind};
 use brewster_world::components::{Background, Camera, Color, Material, Reflectance, Settings};
 use glam::Vec3;
 
@@ -81,6 +83,9 @@ fn every_rough_material_says_what_it_says() {
             "bubble": Dielectric(ior: 1, film: (ior: 1.25, thickness: 500)),
             "pane": Dielectric(ior: 1.5, thin: true),
             "lamp": Emissive(radiance: 3, sides: Front),
+            "prism": Dielectric(glass: "SF11", dispersion: Measured()),
+            "abbe": Dielectric(ior: 1.5, dispersion: Abbe(number: 40)),
+            "cauchy": Dielectric(dispersion: Cauchy(a: 1.5, b: 0.0)),
         })"#,
     );
     let gray = Color::gray;
@@ -100,6 +105,7 @@ fn every_rough_material_says_what_it_says() {
     };
     let dielectric = |ior, alpha, film, thin| Material::Dielectric {
         ior,
+        dispersion: None,
         fresnel: FresnelModel::Exact,
         specular: gray(1.0),
         exponent: 100.0,
@@ -109,7 +115,29 @@ fn every_rough_material_says_what_it_says() {
         film,
         thin,
     };
+    let glass = DispersiveIndex::Glass(glass("SF11").expect("it is in the table"));
+    let dispersive = |ior, index| match dielectric(ior, 0.0, None, false) {
+        Material::Dielectric { fresnel, specular, exponent, absorption, priority, alpha, film, thin, .. } => {
+            let dispersion = Some(index);
+            Material::Dielectric {
+                ior,
+                dispersion,
+                fresnel,
+                specular,
+                exponent,
+                absorption,
+                priority,
+                alpha,
+                film,
+                thin,
+            }
+        }
+        _ => unreachable!(),
+    };
     for (name, expected) in [
+        ("prism", dispersive(glass.ior(), glass)),
+        ("abbe", dispersive(1.5, DispersiveIndex::Cauchy(Cauchy::from_abbe(1.5, 40.0)))),
+        ("cauchy", dispersive(1.5, DispersiveIndex::Cauchy(Cauchy { a: 1.5, b: 0.0, c: 0.0 }))),
         ("dust", Material::RoughDiffuse { albedo: gray(0.25), roughness: 0.75 }),
         ("wide", metal(normal(Vec3::ONE), FresnelModel::Schlick, 0.25)),
         ("rough", metal(normal(Vec3::ONE), FresnelModel::Schlick, 0.25)),

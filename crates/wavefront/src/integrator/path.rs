@@ -46,7 +46,7 @@ pub fn path(context: &Context<'_>, samples: Range<u32>, batch: &mut Batch, tile:
                     }
                     recorder.stage(at($stage), hits.columns().len(), |counts| {
                         let mut onward = Onward { depth, next: next.as_deref_mut(), shadows, contributions, stacks };
-                        scatter(context, rays, &hits, draws.view(), &mut onward, counts);
+                        scatter(context, rays, &hits, draws.view(), samples.view(), &mut onward, counts);
                     });
                     recorder.stage(at(Stage::Shadow), shadows.len(), |counts| {
                         shadow(context, shadows, stacks, scratch, contributions, samples.view_mut(), counts);

@@ -3,9 +3,9 @@
 //!
 //! | queue | filled by | drained by | bytes a row |
 //! | --- | --- | --- | --- |
-//! | [`PrimaryQueue`] | `generate` | `trace`, depth 0 | 60 |
-//! | [`ReflectionQueue`] | `shade_metal`, `shade_dielectric`, `scatter_*` | `trace`, one depth on | 60 |
-//! | [`TransmissionQueue`] | `shade_dielectric`, `scatter_dielectric`; `cross` at the same depth | `trace`, one depth on | 60 |
+//! | [`PrimaryQueue`] | `generate` | `trace`, depth 0 | 62 |
+//! | [`ReflectionQueue`] | `shade_metal`, `shade_dielectric`, `scatter_*` | `trace`, one depth on | 62 |
+//! | [`TransmissionQueue`] | `shade_dielectric`, `scatter_dielectric`; `cross` at the same depth | `trace`, one depth on | 62 |
 //! | [`HitQueue`], one a material kind | `sort` | `shade_*`, `scatter_*`, after `record` has read it at depth 0 | 64 |
 //! | [`CrossingQueue`] | `sort` | `cross` | 20 |
 //! | [`EscapedQueue`] | `sort` | `escape` | 4 |

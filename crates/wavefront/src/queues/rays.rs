@@ -4,6 +4,7 @@ use std::marker::PhantomData;
 
 use brewster_geometry::{Ray, Rays};
 use brewster_lanes::columns;
+use brewster_optics::dispersion::PathWavelength;
 use glam::Vec3;
 
 use super::Trail;
@@ -41,6 +42,8 @@ columns! {
         pub instance: u32,
         /// The media around it.
         pub media: MediaId,
+        /// The one wavelength that it stands for, once it has met a boundary that disperses.
+        pub wavelength: PathWavelength,
         /// Which child of which child it is: 1 for a camera ray, 2b for the reflection and 2b + 1 for the transmission of
         /// branch b (wrapping), so that a split's children are told apart.
         pub branch: u32,
@@ -88,6 +91,7 @@ impl PathRay {
         trail: Trail::CAMERA,
         instance: NO_INSTANCE,
         media: MediaId::VACUUM,
+        wavelength: PathWavelength::NONE,
         branch: 1,
     };
 }

@@ -26,7 +26,7 @@ pub fn escape(
         }
         let direction = ray.ray().direction;
         let share = if ray.pdf == DELTA { 1.0 } else { power_heuristic(ray.pdf, background.pdf(direction)) };
-        let scale = share * context.radiance_scale(stacks, ray.media);
+        let scale = share * context.radiance_scale(stacks, ray.media, ray.wavelength);
         let radiance = ray.weight * background.radiance(direction) * scale;
         contributions.push(Contribution {
             radiance,

@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use brewster_buffers::Integrator;
 use brewster_film::{FilmTile, Light};
+use brewster_optics::dispersion::PathWavelength;
 use brewster_optics::lobe::DELTA;
 use glam::{Vec2, Vec3};
 
@@ -51,6 +52,7 @@ pub fn generate(
                 trail: Trail::CAMERA,
                 instance: NO_INSTANCE,
                 media,
+                wavelength: PathWavelength::NONE,
                 branch: 1,
             });
             samples.push(Sample { pixel, key, number, light: Light::NONE, rays: 0, rejected: 0 });

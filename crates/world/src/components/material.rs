@@ -3,6 +3,7 @@
 use bevy_ecs::component::Component;
 use bevy_ecs::entity::Entity;
 use brewster_buffers::Texture;
+use brewster_optics::dispersion::DispersiveIndex;
 use brewster_optics::fresnel::FresnelModel;
 use brewster_optics::thin_film::Film;
 use glam::Vec3;
@@ -55,8 +56,10 @@ pub enum Material {
     },
     /// A transparent solid: reflects F_r and transmits 1 - F_r.
     Dielectric {
-        /// Index of refraction, 1 or more.
+        /// Index of refraction, 1 or more; with dispersion that at the d line, which `Whitted` takes for all wavelengths.
         ior: f32,
+        /// How the index depends on the wavelength, if it does; not for thin sheets.
+        dispersion: Option<DispersiveIndex>,
         /// How F_r is computed.
         fresnel: FresnelModel,
         /// Factor of the highlight, beside F_r or F_t.

@@ -22,6 +22,7 @@ pub mod parts {
         ToneMapping,
     };
     pub use brewster_geometry::{Affine, TriangleMesh};
+    pub use brewster_optics::dispersion::DispersiveIndex;
     pub use brewster_optics::fresnel::FresnelModel;
     pub use brewster_optics::thin_film::Film;
 }

@@ -204,11 +204,14 @@ fn put(materials: &mut Materials, textures: &mut TextureWriter<'_>, material: &M
             let specular = source(specular);
             materials.metal.put(row, buffers::Metal { r0, eta, k, fresnel, f82, alpha, film, specular, exponent })
         }
-        &Material::Dielectric { ior, fresnel, ref specular, exponent, absorption, priority, alpha, film, thin } => {
+        #[rustfmt::skip]
+        &Material::Dielectric {
+            ior, dispersion, fresnel, ref specular, exponent, absorption, priority, alpha, film, thin,
+        } => {
             let specular = source(specular);
-            let row_of_kind =
-                buffers::Dielectric { ior, fresnel, specular, exponent, absorption, priority, alpha, film, thin };
-            materials.dielectric.put(row, row_of_kind)
+            materials.dielectric.put(row, buffers::Dielectric {
+                ior, dispersion, fresnel, specular, exponent, absorption, priority, alpha, film, thin,
+            })
         }
         &Material::Emissive { ref radiance, two_sided } => {
             materials.emissive.put(row, buffers::Emissive { radiance: source(radiance), two_sided })
@@ -280,15 +283,21 @@ fn check(material: &Material) -> Result<(), &'static str> {
         }
         _ => true,
     };
+    let dispersion_is_sound = match *material {
+        Material::Dielectric { dispersion: Some(dispersion), thin, .. } => dispersion.is_sound() && !thin,
+        _ => true,
+    };
     rules
         .into_iter()
-        .chain([(film_is_sound, FILM)])
+        .chain([(film_is_sound, FILM), (dispersion_is_sound, DISPERSION)])
         .try_for_each(|(holds, rule)| if holds { Ok(()) } else { Err(rule) })
 }
 
 const SOUND: (bool, &str) = (true, "");
 const EXPONENT: &str = "an exponent must be at least 0";
 const FILM: &str = "a film must be at most 100000 nm thick, of an index of at least 1, and the Fresnel model Exact";
+const DISPERSION: &str =
+    "dispersion must be finite, without a resonance in the visible range, and not that of a thin sheet";
 const ALPHA: &str = "a GGX width alpha must be 0 to 1";
 
 fn is_part(value: f32) -> bool {

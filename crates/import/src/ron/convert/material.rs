@@ -1,8 +1,9 @@
 //! Materials: names of metals and glasses into indices, roughness into width, and which integrator renders what.
 
+use brewster_optics::dispersion::{Cauchy, Sellmeier};
 use brewster_optics::{fresnel, glasses, metals};
 use brewster_world::components as world;
-use brewster_world::components::parts::{self, Film, FresnelModel, Integrator};
+use brewster_world::components::parts::{self, DispersiveIndex, Film, FresnelModel, Integrator};
 use glam::Vec3;
 
 use crate::diagnostics::Code;
@@ -81,6 +82,7 @@ fn not_rendered(integrator: Integrator, material: &world::Material) -> Option<&'
             Integrator::Whitted,
             world::Material::Metal { film: Some(_), .. } | world::Material::Dielectric { film: Some(_), .. },
         ) => Some("thin films"),
+        (Integrator::Whitted, world::Material::Dielectric { dispersion: Some(_), .. }) => Some("dispersion"),
         (Integrator::Path, world::Material::Phong { .. }) => Some("Phong materials"),
         _ => None,
     }
@@ -91,6 +93,7 @@ fn dielectric(session: &mut Session, material: &schema::Material, span: Span) ->
         ior,
         reflectance,
         glass,
+        dispersion,
         fresnel,
         alpha,
         roughness,
@@ -111,10 +114,19 @@ fn dielectric(session: &mut Session, material: &schema::Material, span: Span) ->
     if *thin && absorption.0 != Vec3::ZERO {
         session.error(Code::Conflict, span, "a thin sheet has no inside: `absorption` does not go with `thin`");
     }
+    if *thin && dispersion.is_some() {
+        session.error(
+            Code::Conflict,
+            span,
+            "light goes straight through a thin sheet: `dispersion` does not go with `thin`",
+        );
+    }
     let fresnel = fresnel_model(fresnel);
+    let (ior, dispersion) = index(session, (*ior, *reflectance, glass), dispersion.as_ref(), span)?;
     Some(world::Material::Dielectric {
+        dispersion,
         film: self::film(session, film.as_ref(), fresnel, EXACT)?,
-        ior: index(session, (*ior, *reflectance, glass), span)?,
+        ior,
         fresnel,
         specular: paint(session, specular)?,
         exponent: *exponent,
@@ -242,31 +254,61 @@ fn fresnel_model(fresnel: &schema::Fresnel) -> FresnelModel {
     }
 }
 
+/// The index, at the d line, and what it is at other wavelengths.
 fn index(
     session: &mut Session,
-    fields: (Option<f32>, Option<f32>, &Option<Spanned<String>>),
+    (ior, reflectance, glass): (Option<f32>, Option<f32>, &Option<Spanned<String>>),
+    dispersion: Option<&Spanned<schema::Dispersion>>,
     span: Span,
-) -> Option<f32> {
-    let (code, message) = match fields {
-        (Some(ior), None, None) => return Some(ior),
-        (None, Some(reflectance), None) => match fresnel::ior_from_f0(reflectance) {
-            Ok(ior) if ior.is_finite() => return Some(ior),
-            _ => (Code::Range, "no dielectric has this reflectance"),
-        },
-        (None, None, Some(name)) => {
-            let found = glasses::glass(&name.value);
-            if found.is_none() {
+) -> Option<(f32, Option<DispersiveIndex>)> {
+    use schema::Dispersion;
+    let own = dispersion.and_then(|dispersion| match dispersion.value {
+        Dispersion::Cauchy { a, b, c } => Some(DispersiveIndex::Cauchy(Cauchy { a, b, c })),
+        Dispersion::Sellmeier { b, c } => Some(DispersiveIndex::Sellmeier(Sellmeier { b: b.0, c: c.0 })),
+        Dispersion::Abbe { .. } | Dispersion::Measured {} => None,
+    });
+    let mut measured = None;
+    let ior = match (ior, reflectance, glass, own) {
+        (Some(ior), None, None, None) => Ok(ior),
+        (None, Some(reflectance), None, None) => {
+            let ior = fresnel::ior_from_f0(reflectance).ok().filter(|ior| ior.is_finite());
+            ior.ok_or((Code::Range, "no dielectric has this reflectance"))
+        }
+        (None, None, Some(name), None) => {
+            measured = glasses::glass(&name.value);
+            if measured.is_none() {
                 let message = format!("there is no glass {:?}", name.value);
                 let error = session.sources.error(Code::UnknownName, name.span, message);
                 session.found.push(error.nearest_name(&name.value, glasses::glass_names()));
             }
-            return found.map(|glass| glass.ior());
+            Ok(measured?.ior())
         }
-        (None, None, None) => (Code::MissingField, "nothing says how the dielectric refracts"),
-        _ => (Code::Conflict, "more than one field says how the dielectric refracts"),
+        (None, None, None, Some(own)) if own.is_sound() => Ok(own.ior()),
+        (None, None, None, Some(_)) => Err((Code::Range, "the index has a resonance in the visible range")),
+        (None, None, None, None) => Err((Code::MissingField, "nothing says how the dielectric refracts")),
+        _ => Err((Code::Conflict, "more than one field says how the dielectric refracts")),
     };
-    session.found.push(session.sources.error(code, span, message).expected("one of: `ior`, `reflectance`, `glass`"));
-    None
+    let ior = match ior {
+        Ok(ior) => ior,
+        Err((code, message)) => {
+            let error = session.sources.error(code, span, message);
+            session
+                .found
+                .push(error.expected("one of: `ior`, `reflectance`, `glass`, or a `dispersion` that gives it"));
+            return None;
+        }
+    };
+    let dispersion = match dispersion.map(|dispersion| (&dispersion.value, dispersion.span)) {
+        Some((Dispersion::Abbe { number }, _)) => Some(DispersiveIndex::Cauchy(Cauchy::from_abbe(ior, *number))),
+        Some((Dispersion::Measured {}, span)) if measured.is_none() => {
+            let error = session.sources.error(Code::Conflict, span, "only a glass was measured");
+            session.found.push(error.expected("a `glass`, or `Abbe(number: 30)`"));
+            return None;
+        }
+        Some((Dispersion::Measured {}, _)) => measured.map(DispersiveIndex::Glass),
+        Some(_) | None => own,
+    };
+    Some((ior, dispersion))
 }
 
 /// A color that should not pass 1.

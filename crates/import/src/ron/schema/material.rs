@@ -71,7 +71,8 @@ schema! {
             /// `Whitted`: exponent of the highlight.
             exponent: f32 where ZERO_OR_MORE = "100" => "300",
         },
-        /// A transparent solid. It takes `ior`, or `reflectance`, or `glass`; and `alpha` or `roughness`.
+        /// A transparent solid. It takes `ior`, or `reflectance`, or `glass`, or a `dispersion` that gives the index, too; and
+        /// `alpha` or `roughness`.
         Dielectric {
             /// Index of refraction.
             ior: Option<f32> where ONE_OR_MORE => "1.5",
@@ -79,6 +80,8 @@ schema! {
             reflectance: Option<f32> where BELOW_ONE => "0.04",
             /// A glass or another transparent matter, by its name.
             glass: Option<Spanned<String>> => "\"SF11\"",
+            /// How the index depends on the wavelength: what fans white light out into colors. For `Path`.
+            dispersion: Option<Spanned<Dispersion>> => "Abbe(number: 30)",
             /// How the reflected part is computed.
             fresnel: Fresnel = "Exact" => "SchlickThetaM",
             /// Width of the GGX distribution of facets: 0 is smooth, anything else is for `Path`.
@@ -115,6 +118,34 @@ schema! {
         ior: f32 where ONE_OR_MORE => "1.33",
         /// Thickness.
         thickness: f32 as "nm" where FILM => "400",
+    }
+
+    /// How an index of refraction depends on the wavelength. A path that meets such a boundary goes on with a single wavelength, so
+    /// that colors take more samples.
+    choice Dispersion {
+        /// As measured, of a `glass`.
+        Measured {},
+        /// By Abbe's number: the smaller, the more colors fan out; 20 to 90 for glass. Beside `ior`, `reflectance` or `glass`.
+        Abbe {
+            /// `(n_d - 1)/(n_F - n_C)`.
+            number: f32 where ABOVE_ZERO => "30",
+        },
+        /// By Cauchy's equation `a + b/λ² + c/λ⁴`, λ in micrometers; gives the index, too.
+        Cauchy {
+            /// The index far in the infrared.
+            a: f32 where ONE_OR_MORE => "1.5046",
+            /// In µm².
+            b: f32 where ZERO_OR_MORE => "0.0042",
+            /// In µm⁴.
+            c: f32 where ZERO_OR_MORE = "0" => "0.0001",
+        },
+        /// By Sellmeier's equation `n² = 1 + Σ b λ²/(λ² - c)`, λ in micrometers; gives the index, too.
+        Sellmeier {
+            /// The strengths of three resonances.
+            b: Rgb where ZERO_OR_MORE => "(1.0396, 0.2318, 1.0105)",
+            /// The squares of their wavelengths, in µm², none of them visible.
+            c: Rgb where ZERO_OR_MORE => "(0.0060, 0.0200, 103.56)",
+        },
     }
 
     /// Sides of a surface.

@@ -10,7 +10,7 @@ use crate::source::Span;
 
 mod material;
 
-pub(crate) use material::{Axis, Film, Fresnel, Material, Paint, Sides, Texture};
+pub(crate) use material::{Axis, Dispersion, Film, Fresnel, Material, Paint, Sides, Texture};
 
 use super::decode::{Context, Decode, Fields, check_name, schema, variant};
 use super::info::{FieldInfo, Form, Kind, Range, TypeInfo, VariantInfo};

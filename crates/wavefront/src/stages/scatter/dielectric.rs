@@ -1,5 +1,6 @@
 //! Scattering by boundaries of dielectrics, smooth, rough and thin.
 
+use brewster_optics::dispersion::PathWavelength;
 use brewster_optics::fresnel::FresnelModel;
 use brewster_optics::lobe::{LobeSample, LobeSplit, LobeValue, mean};
 use brewster_optics::microfacet::{Ggx, RoughDielectric};
@@ -17,6 +18,7 @@ use crate::queues::{OnDielectric, SurfaceHit};
 pub struct Boundary {
     fresnel: FresnelModel,
     film: Option<Film>,
+    wavelength: PathWavelength,
     glass: RoughDielectric,
     thin: bool,
 }
@@ -27,7 +29,12 @@ impl Boundary {
     fn reflectance(&self, cos_i: f32) -> Vec3 {
         let RoughDielectric { eta_i, eta_t, .. } = self.glass;
         match self.film {
-            Some(film) => film.reflectance(cos_i, eta_i, Vec3::splat(eta_t), Vec3::ZERO),
+            Some(film) => match self.wavelength.get() {
+                Some(wavelength) => {
+                    Vec3::splat(film.reflectance_at(wavelength.nanometers, cos_i, eta_i, eta_t, 0.0).unpolarized())
+                }
+                None => film.reflectance(cos_i, eta_i, Vec3::splat(eta_t), Vec3::ZERO),
+            },
             None => Vec3::splat(self.fresnel.dielectric(cos_i, eta_i, eta_t).reflectance),
         }
     }
@@ -43,10 +50,16 @@ impl Scatter for OnDielectric {
         let dielectrics = context.scene.materials.dielectric.view();
         let row = hit.material as usize;
         let thin = dielectrics.thin[row];
-        let [eta_i, eta_t] = sides.filling.map(|medium| medium.ior(&dielectrics));
+        let [eta_i, eta_t] = sides.filling.map(|medium| medium.ior_at(sides.wavelength, &dielectrics));
         let eta_t = if thin { dielectrics.ior[row] } else { eta_t };
         let glass = RoughDielectric { facets: Ggx::isotropic(dielectrics.alpha[row]), eta_i, eta_t };
-        Boundary { fresnel: dielectrics.fresnel[row], film: dielectrics.film[row], glass, thin }
+        Boundary {
+            fresnel: dielectrics.fresnel[row],
+            film: dielectrics.film[row],
+            wavelength: sides.wavelength,
+            glass,
+            thin,
+        }
     }
 
     #[inline(always)]

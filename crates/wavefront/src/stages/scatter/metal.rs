@@ -55,7 +55,7 @@ impl Scatter for OnMetal {
             fresnel: material.fresnel,
             r0,
             tint: F82Tint::new(r0, material.f82),
-            eta_i: sides.filling[0].ior(&scene.materials.dielectric.view()),
+            eta_i: sides.filling[0].ior_at(sides.wavelength, &scene.materials.dielectric.view()),
             eta: material.eta,
             k: material.k,
         }

@@ -10,6 +10,7 @@ mod rough_diffuse;
 use brewster_buffers::LightSample;
 use brewster_geometry::{Ray, offset_origin};
 use brewster_optics::basis::Basis;
+use brewster_optics::dispersion::PathWavelength;
 use brewster_optics::lobe::{DELTA, LobeSample, LobeSplit, LobeValue, power_heuristic};
 use glam::{Vec2, Vec3};
 
@@ -20,9 +21,10 @@ use crate::context::Context;
 use crate::ledger::Ledger;
 use crate::media::{MediaId, MediaStacks, Medium};
 use crate::queues::{
-    Contribution, ContributionQueue, DepthQueues, End, Event, HitsOf, PathRay, PathRaysView, ShadowQueue, ShadowRay,
-    SurfaceHit,
+    Contribution, ContributionQueue, DepthQueues, End, Event, HitsOf, PathRay, PathRaysView, SamplesView, ShadowQueue,
+    ShadowRay, SurfaceHit,
 };
+use crate::random::Decision;
 use crate::stats::Counts;
 
 /// A kind of material, as the path integrator sees it.
@@ -61,6 +63,8 @@ pub struct Sides {
     pub media: [MediaId; 2],
     /// What fills them, on the sides of the shading normal: that of the viewer and the other.
     pub filling: [Medium; 2],
+    /// The path's wavelength.
+    pub wavelength: PathWavelength,
 }
 
 /// Where what scatters goes: the queues of a step, and the step's place in the path.
@@ -81,7 +85,10 @@ pub struct Onward<'a> {
 /// A ray's arrival at a surface: what does not depend on the kind.
 struct Arrival<'a> {
     context: &'a Context<'a>,
+    /// The ray, its wavelength drawn if the surface disperses.
     ray: PathRay,
+    /// Its weight before.
+    arrived: Vec3,
     hit: SurfaceHit,
     depth: u32,
     draw: Draw,
@@ -100,13 +107,14 @@ struct Arrival<'a> {
 /// Light that two techniques can find is shared between them by the power heuristic. Of rays whose weight has become small
 /// some are given up and the others weigh more.
 ///
-/// Reads: rays, hits, random numbers, the kind's materials, textures, lights, background. Writes: shadow rays, the next depth's reflection
+/// Reads: rays, hits, random numbers, samples, the kind's materials, textures, lights, background. Writes: shadow rays, the next depth's reflection
 /// and transmission queues, the media stacks, and contributions of what is no number.
 pub fn scatter<Kind: Scatter>(
     context: &Context<'_>,
     rays: PathRaysView<'_>,
     hits: &HitsOf<'_, Kind>,
     draws: DrawsView<'_>,
+    samples: SamplesView<'_>,
     onward: &mut Onward<'_>,
     counts: &mut Counts,
 ) {
@@ -120,16 +128,22 @@ pub fn scatter<Kind: Scatter>(
     };
     for row in 0..hits.len() {
         let hit = hits.get(row);
-        let ray = rays.get(hit.ray as usize);
+        let mut ray = rays.get(hit.ray as usize);
         let direction = ray.ray().direction;
         let (geometric, normal) = facing_normals(&hit, direction);
-        let sides = sides::<Kind>(context, &ray, &hit, onward.stacks);
+        let mut sides = sides::<Kind>(context, &ray, &hit, onward.stacks);
+        let arrived = ray.weight;
+        if Kind::TRANSMITS {
+            disperse(context, &mut ray, sides.filling, samples);
+        }
+        sides.wavelength = ray.wavelength;
         let surface = Kind::surface(context, &hit, &sides);
         let frame = Basis::around(normal);
         let view = frame.to_local(-direction);
         let arrival = Arrival {
             context,
             ray,
+            arrived,
             hit,
             depth: onward.depth,
             draw: draws.get(row),
@@ -154,21 +168,33 @@ pub fn scatter<Kind: Scatter>(
 fn sides<Kind: Scatter>(context: &Context<'_>, ray: &PathRay, hit: &SurfaceHit, stacks: &mut MediaStacks) -> Sides {
     let before = stacks.filling(ray.media);
     if !Kind::TRANSMITS {
-        return Sides { media: [ray.media; 2], filling: [before; 2] };
+        return Sides { media: [ray.media; 2], filling: [before; 2], wavelength: ray.wavelength };
     }
     let dielectrics = context.scene.materials.dielectric.view();
     let direction = ray.ray().direction;
     let inward = |normal: Vec3| direction.dot(normal) < 0.0;
     let geometric = inward(hit.point.geometric_normal);
     if dielectrics.thin[hit.material as usize] {
-        return Sides { media: [ray.media; 2], filling: [before; 2] };
+        return Sides { media: [ray.media; 2], filling: [before; 2], wavelength: ray.wavelength };
     }
     let boundary = stacks.boundary(ray.media, Medium(hit.material), geometric, &dielectrics);
     let mut filling = [boundary.filling_before, boundary.filling_behind];
     if inward(hit.point.shading_normal) != geometric {
         filling.reverse();
     }
-    Sides { media: [ray.media, boundary.behind], filling }
+    Sides { media: [ray.media, boundary.behind], filling, wavelength: ray.wavelength }
+}
+
+/// Draws the path's wavelength where it first meets a medium whose index depends on it; all branches of a path have the same.
+#[inline(always)]
+fn disperse(context: &Context<'_>, ray: &mut PathRay, filling: [Medium; 2], samples: SamplesView<'_>) {
+    let dielectrics = context.scene.materials.dielectric.view();
+    if ray.wavelength != PathWavelength::NONE || !filling.iter().any(|medium| medium.disperses(&dielectrics)) {
+        return;
+    }
+    let stream = samples.stream(&context.sampler, ray.sample, 1);
+    ray.wavelength = PathWavelength::draw(context.sampler.one(stream, Decision::Wavelength.at(0)));
+    ray.weight *= ray.wavelength.get().map_or(Vec3::ONE, |wavelength| wavelength.weight);
 }
 
 impl Arrival<'_> {
@@ -218,7 +244,7 @@ impl Arrival<'_> {
             direction_y: direction.y,
             direction_z: direction.z,
             distance,
-            contribution: contribution * self.context.radiance_scale(stacks, media),
+            contribution: contribution * self.context.radiance_scale(stacks, media, self.ray.wavelength),
             sample: self.ray.sample,
             trail: self.ray.trail,
             instance: self.hit.instance,
@@ -328,7 +354,9 @@ impl Arrival<'_> {
     #[inline(always)]
     fn book(&self, albedo: Vec3, sent: [Vec3; 2], ledger: &mut Ledger) {
         let (arrived, expected) = (self.ray.weight, self.ray.weight * albedo);
-        ledger.scattered.add(arrived);
+        ledger.scattered.add(self.arrived);
+        ledger.recolored.add(arrived);
+        ledger.recolored.take(self.arrived);
         ledger.absorbed.add(arrived);
         ledger.absorbed.take(expected);
         ledger.residual.add(expected);
@@ -471,6 +499,7 @@ mod tests {
                 trail: Trail::CAMERA,
                 instance: NO_INSTANCE,
                 media: MediaId::VACUUM,
+                wavelength: PathWavelength::NONE,
                 branch: 1,
             });
             let point = SurfacePoint {
@@ -493,7 +522,7 @@ mod tests {
         let mut counts = Counts::default();
         let mut draws = Draws::default();
         draw(&context, rays.view(), hits.view().columns(), samples.view(), 0, &mut draws);
-        scatter(&context, rays.view(), &hits.view(), draws.view(), &mut onward, &mut counts);
+        scatter(&context, rays.view(), &hits.view(), draws.view(), samples.view(), &mut onward, &mut counts);
         (counts, contributions)
     }
 

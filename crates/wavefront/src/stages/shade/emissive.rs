@@ -38,7 +38,7 @@ pub fn shade_emissive(
         } else {
             power_heuristic(ray.pdf, scene.light_pdf(origin, hit.instance, hit.primitive, &hit.point))
         };
-        let scale = share * context.radiance_scale(stacks, ray.media);
+        let scale = share * context.radiance_scale(stacks, ray.media, ray.wavelength);
         let radiance = scene.textures.evaluate(emissive.radiance[hit.material as usize], hit.point.uv);
         let trail = ray.trail.end(End::Emitter);
         let radiance = ray.weight * radiance * scale;
