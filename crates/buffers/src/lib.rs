@@ -31,11 +31,11 @@ pub use materials::{
     Dielectric, DielectricColumns, DielectricsView, DielectricsViewMut, Emissive, EmissiveColumns, EmissivesView,
     EmissivesViewMut, Lambert, LambertColumns, LambertsView, LambertsViewMut, MaterialKind, MaterialRow,
     MaterialRowColumns, MaterialRowsView, MaterialRowsViewMut, Materials, Metal, MetalColumns, MetalsView,
-    MetalsViewMut, Phong, PhongColumns, PhongsView, PhongsViewMut, RoughDiffuse, RoughDiffuseColumns,
-    RoughDiffusesView, RoughDiffusesViewMut,
+    MetalsViewMut, Phong, PhongColumns, PhongsView, PhongsViewMut, Principled, PrincipledColumns, PrincipledsView,
+    PrincipledsViewMut, RoughDiffuse, RoughDiffuseColumns, RoughDiffusesView, RoughDiffusesViewMut,
 };
 pub use settings::{Integrator, PixelFilter, SamplerKind, Settings, ToneMapping};
-pub use textures::{Axis, ColorSource, Image, Texture, Textures};
+pub use textures::{Axis, Channel, ColorSource, Image, ScalarSource, Texture, Textures};
 pub use trees::Trees;
 
 use brewster_geometry::{SceneGeometry, ShapeTable};

@@ -4,9 +4,9 @@ use brewster_lanes::columns;
 use brewster_optics::dispersion::DispersiveIndex;
 use brewster_optics::fresnel::FresnelModel;
 use brewster_optics::thin_film::Film;
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 
-use crate::ColorSource;
+use crate::{ColorSource, ScalarSource, TextureId};
 
 /// The kinds of material; hits are sorted by it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -24,17 +24,20 @@ pub enum MaterialKind {
     Dielectric,
     /// Sends out light, reflects none.
     Emissive,
+    /// glTF's material.
+    Principled,
 }
 
 impl MaterialKind {
     /// All kinds, in the order in which a bounce shades them.
-    pub const ALL: [MaterialKind; 6] = [
+    pub const ALL: [MaterialKind; 7] = [
         MaterialKind::Phong,
         MaterialKind::Lambert,
         MaterialKind::RoughDiffuse,
         MaterialKind::Metal,
         MaterialKind::Dielectric,
         MaterialKind::Emissive,
+        MaterialKind::Principled,
     ];
 
     /// The name used in counters and reports.
@@ -46,6 +49,7 @@ impl MaterialKind {
             MaterialKind::Metal => "metal",
             MaterialKind::Dielectric => "dielectric",
             MaterialKind::Emissive => "emissive",
+            MaterialKind::Principled => "principled",
         }
     }
 }
@@ -156,6 +160,61 @@ columns! {
     }
 }
 
+columns! {
+    /// glTF's metallic-roughness material: `brewster_optics::principled`.
+    pub struct Principled => PrincipledColumns, PrincipledsView, PrincipledsViewMut {
+        /// The color of what a dielectric scatters and transmits and a metal reflects.
+        pub base_color: ColorSource,
+        /// How much of the surface is metal.
+        pub metallic: ScalarSource,
+        /// Its square is the GGX width.
+        pub roughness: ScalarSource,
+        /// Index of refraction; 0 stands for infinity.
+        pub ior: f32,
+        /// Weight of a dielectric's reflection.
+        pub specular: ScalarSource,
+        /// Tint of a dielectric's reflection along the normal.
+        pub specular_color: ColorSource,
+        /// Weight of the clearcoat.
+        pub clearcoat: ScalarSource,
+        /// Its square is the clearcoat's GGX width.
+        pub clearcoat_roughness: ScalarSource,
+        /// Color of the sheen.
+        pub sheen_color: ColorSource,
+        /// Its square is the sheen's width.
+        pub sheen_roughness: ScalarSource,
+        /// How much wider facets are in one direction than across it.
+        pub anisotropy: f32,
+        /// That direction, from the tangent: cosine and sine.
+        pub anisotropy_direction: Vec2,
+        /// Red and green: the direction, turned by `anisotropy_direction`; blue: a factor of `anisotropy`.
+        pub anisotropy_texture: TextureId,
+        /// How much of what enters a dielectric comes out beyond.
+        pub transmission: ScalarSource,
+        /// How much of a dielectric's diffuse light is transmitted.
+        pub diffuse_transmission: ScalarSource,
+        /// The color of that.
+        pub diffuse_transmission_color: ColorSource,
+        /// What fills it: a row of the dielectrics, or [`Principled::NO_MEDIUM`], as in a sheet.
+        pub medium: u32,
+        /// How much of the surface a thin film covers.
+        pub iridescence: ScalarSource,
+        /// The film's index of refraction.
+        pub iridescence_ior: f32,
+        /// The film's thickness in nanometers, where its source is 0 and where it is 1.
+        pub iridescence_thickness: [f32; 2],
+        /// Which of both, or what lies between.
+        pub iridescence_thickness_source: ScalarSource,
+        /// Radiance in nit, from both sides.
+        pub emission: ColorSource,
+    }
+}
+
+impl Principled {
+    /// In place of a row of dielectrics.
+    pub const NO_MEDIUM: u32 = u32::MAX;
+}
+
 /// All materials.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Materials {
@@ -169,8 +228,37 @@ pub struct Materials {
     pub rough_diffuse: RoughDiffuseColumns,
     /// Parameters of [`MaterialKind::Metal`].
     pub metal: MetalColumns,
-    /// Parameters of [`MaterialKind::Dielectric`].
+    /// Parameters of [`MaterialKind::Dielectric`], and the insides of other materials that have one.
     pub dielectric: DielectricColumns,
     /// Parameters of [`MaterialKind::Emissive`].
     pub emissive: EmissiveColumns,
+    /// Parameters of [`MaterialKind::Principled`].
+    pub principled: PrincipledColumns,
+}
+
+impl Materials {
+    /// The row of the dielectrics that is inside of a surface of a material; none if it is a sheet or opaque.
+    #[inline]
+    pub fn medium(&self, material: MaterialRow) -> Option<u32> {
+        let row = material.row as usize;
+        match material.kind {
+            MaterialKind::Dielectric => (!self.dielectric.view().thin[row]).then_some(material.row),
+            MaterialKind::Principled => {
+                Some(self.principled.view().medium[row]).filter(|&medium| medium != Principled::NO_MEDIUM)
+            }
+            _ => None,
+        }
+    }
+
+    /// The light that a material sends out, if it is of a kind that may.
+    pub fn emission(&self, material: MaterialRow) -> Option<Emissive> {
+        let row = material.row as usize;
+        match material.kind {
+            MaterialKind::Emissive => Some(self.emissive.get(row)),
+            MaterialKind::Principled => {
+                Some(Emissive { radiance: self.principled.view().emission[row], two_sided: true })
+            }
+            _ => None,
+        }
+    }
 }

@@ -20,6 +20,47 @@ impl ColorSource {
     pub const fn constant(constant: Vec3) -> ColorSource {
         ColorSource { constant, texture: TextureId::NONE }
     }
+
+    /// Whether it is black everywhere, by its constant alone.
+    pub fn is_black(self) -> bool {
+        self.texture == TextureId::NONE && self.constant == Vec3::ZERO
+    }
+}
+
+/// A number, multiplied by a channel of a texture if there is one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ScalarSource {
+    /// The number.
+    pub factor: f32,
+    /// The texture, or `TextureId::NONE`.
+    pub texture: TextureId,
+    /// The texture's channel.
+    pub channel: Channel,
+}
+
+impl ScalarSource {
+    /// The same everywhere.
+    pub const fn constant(factor: f32) -> ScalarSource {
+        ScalarSource { factor, texture: TextureId::NONE, channel: Channel::R }
+    }
+
+    /// Whether it is 0 everywhere.
+    pub fn is_zero(self) -> bool {
+        self.factor == 0.0
+    }
+}
+
+/// A channel of a texture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Channel {
+    /// Red.
+    R,
+    /// Green.
+    G,
+    /// Blue.
+    B,
+    /// Opacity.
+    A,
 }
 
 /// A color over texture coordinates.
@@ -88,6 +129,22 @@ impl Textures {
         } else {
             self.rows[source.texture.0 as usize].evaluate(uv)
         }
+    }
+
+    /// The number of a source at texture coordinates.
+    #[inline(always)]
+    pub fn evaluate_scalar(&self, source: ScalarSource, uv: Vec2) -> f32 {
+        if source.texture == TextureId::NONE {
+            return source.factor;
+        }
+        let color = self.rows[source.texture.0 as usize].evaluate(uv);
+        source.factor
+            * match source.channel {
+                Channel::R => color.x,
+                Channel::G => color.y,
+                Channel::B => color.z,
+                Channel::A => 1.0,
+            }
     }
 
     /// The mean color of a source: of a texture, over all that it can show, each color as often as it is there.

@@ -61,7 +61,8 @@ impl SceneBuffers {
 
     /// Rows of a kind stand in the order of the materials that they belong to, one each.
     fn validate_materials(&self) -> Outcome {
-        let Materials { rows, phong, lambert, rough_diffuse, metal, dielectric, emissive } = &self.materials;
+        let Materials { rows, phong, lambert, rough_diffuse, metal, dielectric, emissive, principled } =
+            &self.materials;
         ascending("materials", rows.view().key.iter().copied())?;
         let mut owned = [0; MaterialKind::ALL.len()];
         for row in 0..rows.len() {
@@ -71,8 +72,23 @@ impl SceneBuffers {
                 format!("material {row} is {} row {} instead of {expected}", material.kind.name(), material.row)
             })?;
             *expected += 1;
+            if material.kind == MaterialKind::Principled
+                && let Some(medium) = self.materials.medium(material)
+            {
+                let expected = &mut owned[MaterialKind::Dielectric as usize];
+                require(medium == *expected, || format!("material {row} has medium {medium} instead of {expected}"))?;
+                *expected += 1;
+            }
         }
-        let lengths = [phong.len(), lambert.len(), rough_diffuse.len(), metal.len(), dielectric.len(), emissive.len()];
+        let lengths = [
+            phong.len(),
+            lambert.len(),
+            rough_diffuse.len(),
+            metal.len(),
+            dielectric.len(),
+            emissive.len(),
+            principled.len(),
+        ];
         for ((kind, owned), length) in MaterialKind::ALL.into_iter().zip(owned).zip(lengths) {
             require(owned as usize == length, || format!("{length} {} rows for {owned} materials", kind.name()))?;
         }
@@ -90,7 +106,15 @@ impl SceneBuffers {
             dielectric.specular,
             emissive.view().radiance,
         ];
-        for color in colors.into_iter().flatten() {
+        let scattering = principled.view();
+        let colors = colors.into_iter().chain([
+            scattering.base_color,
+            scattering.specular_color,
+            scattering.sheen_color,
+            scattering.diffuse_transmission_color,
+            scattering.emission,
+        ]);
+        for color in colors.flatten() {
             require(self.has_color(color), || format!("a material's color is {color:?}"))?;
         }
         let vectors = [metal.eta, metal.k, metal.f82, dielectric.absorption];
@@ -107,14 +131,37 @@ impl SceneBuffers {
             || "a material has a film that is none".to_owned(),
         )?;
         let mut dispersions = dielectric.dispersion.iter().zip(dielectric.thin);
-        require(dispersions.all(|(dispersion, &thin)| dispersion.is_none_or(|index| index.is_sound() && !thin)), || {
-            "a material has a dispersion that is none".to_owned()
-        })
+        require(
+            dispersions.all(|(dispersion, &thin)| dispersion.is_none_or(|index| index.is_sound() && !thin)),
+            || "a material has a dispersion that is none".to_owned(),
+        )?;
+        let scalars = [
+            scattering.metallic,
+            scattering.roughness,
+            scattering.specular,
+            scattering.clearcoat,
+            scattering.clearcoat_roughness,
+            scattering.sheen_roughness,
+            scattering.transmission,
+            scattering.diffuse_transmission,
+            scattering.iridescence,
+            scattering.iridescence_thickness_source,
+        ];
+        for scalar in scalars.into_iter().flatten() {
+            let is_part = (0.0..=1.0).contains(&scalar.factor) && self.has_texture(scalar.texture);
+            require(is_part, || format!("a principled material has a factor {scalar:?}"))?;
+        }
+        let has_textures = scattering.anisotropy_texture.iter().all(|&texture| self.has_texture(texture));
+        require(has_textures, || "a principled material has an anisotropy that is none".to_owned())
     }
 
     fn has_color(&self, color: &ColorSource) -> bool {
         let ColorSource { constant, texture } = *color;
-        is_color(constant) && (texture == TextureId::NONE || (texture.0 as usize) < self.textures.rows.len())
+        is_color(constant) && self.has_texture(texture)
+    }
+
+    fn has_texture(&self, texture: TextureId) -> bool {
+        texture == TextureId::NONE || (texture.0 as usize) < self.textures.rows.len()
     }
 }
 

@@ -7,7 +7,7 @@
 use std::collections::HashMap;
 use std::hash::{BuildHasherDefault, Hasher};
 
-use brewster_buffers::{DielectricsView, MaterialKind, MaterialRowsView, SceneBuffers};
+use brewster_buffers::{DielectricsView, SceneBuffers};
 use brewster_geometry::{Hit, HitColumns, Rays, SurfacePoint, closest_hits, offset_origin, surface};
 use brewster_lanes::Level;
 use brewster_optics::absorption::transmittance;
@@ -23,7 +23,7 @@ impl MediaId {
     pub const VACUUM: MediaId = MediaId(0);
 }
 
-/// Row of the dielectric materials whose inside a place is filled with, or [`Medium::VACUUM`].
+/// Row of the dielectrics whose inside a place is filled with, or [`Medium::VACUUM`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Medium(pub u32);
 
@@ -222,9 +222,8 @@ pub fn media_around(scene: &SceneBuffers, point: Vec3, level: Level) -> Vec<Medi
             break;
         }
         let point = surface(&geometry, &rays.get(0), &hit);
-        if let Some(medium) =
-            medium_of(scene.materials.rows.view(), scene.instances.view().material[hit.instance as usize].0)
-        {
+        let material = scene.materials.rows.get(scene.instances.view().material[hit.instance as usize].0 as usize);
+        if let Some(medium) = scene.materials.medium(material).map(Medium) {
             if direction.dot(point.geometric_normal) < 0.0 {
                 entered.push(medium);
             } else if let Some(last) = entered.iter().rposition(|&m| m == medium) {
@@ -241,11 +240,6 @@ pub fn media_around(scene: &SceneBuffers, point: Vec3, level: Level) -> Vec<Medi
 
 /// Boundaries that [`media_around`] follows at most.
 const BOUNDARIES: usize = 100_000;
-
-fn medium_of(rows: MaterialRowsView<'_>, material: u32) -> Option<Medium> {
-    let material = material as usize;
-    (rows.kind[material] == MaterialKind::Dielectric).then(|| Medium(rows.row[material]))
-}
 
 /// Mixes two 32-bit numbers by multiplication: fast, and no key here is chosen by an adversary who gains from a collision.
 #[derive(Clone, Copy, Debug, Default)]

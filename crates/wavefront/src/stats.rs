@@ -41,6 +41,8 @@ pub enum Stage {
     ShadeDielectric,
     /// Shades hits on emissive surfaces.
     ShadeEmissive,
+    /// Gives hits on principled materials the light that these send out.
+    Glow,
     /// Draws the random numbers of hits.
     Draw,
     /// Scatters at Lambert materials.
@@ -51,6 +53,8 @@ pub enum Stage {
     ScatterMetal,
     /// Scatters at dielectrics.
     ScatterDielectric,
+    /// Scatters at principled materials.
+    ScatterPrincipled,
     /// Tests rays toward lights.
     Shadow,
     /// Adds contributions to their samples.
@@ -61,7 +65,7 @@ pub enum Stage {
 
 impl Stage {
     /// All stages.
-    pub const ALL: [Stage; 21] = [
+    pub const ALL: [Stage; 23] = [
         Stage::Generate,
         Stage::Order,
         Stage::Trace,
@@ -75,11 +79,13 @@ impl Stage {
         Stage::ShadeMetal,
         Stage::ShadeDielectric,
         Stage::ShadeEmissive,
+        Stage::Glow,
         Stage::Draw,
         Stage::ScatterLambert,
         Stage::ScatterRoughDiffuse,
         Stage::ScatterMetal,
         Stage::ScatterDielectric,
+        Stage::ScatterPrincipled,
         Stage::Shadow,
         Stage::Gather,
         Stage::Fold,
@@ -95,7 +101,8 @@ impl Stage {
             | Stage::ScatterLambert
             | Stage::ScatterRoughDiffuse
             | Stage::ScatterMetal
-            | Stage::ScatterDielectric => integrator == Integrator::Path,
+            | Stage::ScatterDielectric
+            | Stage::ScatterPrincipled => integrator == Integrator::Path,
             _ => true,
         }
     }
@@ -116,11 +123,13 @@ impl Stage {
             Stage::ShadeMetal => "shade_metal",
             Stage::ShadeDielectric => "shade_dielectric",
             Stage::ShadeEmissive => "shade_emissive",
+            Stage::Glow => "glow",
             Stage::Draw => "draw",
             Stage::ScatterLambert => "scatter_lambert",
             Stage::ScatterRoughDiffuse => "scatter_rough_diffuse",
             Stage::ScatterMetal => "scatter_metal",
             Stage::ScatterDielectric => "scatter_dielectric",
+            Stage::ScatterPrincipled => "scatter_principled",
             Stage::Shadow => "shadow",
             Stage::Gather => "gather",
             Stage::Fold => "fold",

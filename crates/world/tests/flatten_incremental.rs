@@ -12,7 +12,7 @@ use bevy_ecs::entity::{Entity, EntityHashMap};
 use bevy_ecs::hierarchy::ChildOf;
 use bevy_ecs::name::Name;
 use bevy_ecs::world::World;
-use brewster_buffers::{Axis, Image, SceneBuffers, Texture};
+use brewster_buffers::{Axis, Channel, Image, SceneBuffers, Texture};
 use brewster_geometry::{Hit, HitColumns, Rays, TriangleMesh, closest_hits};
 use brewster_lanes::Level;
 use brewster_optics::fresnel::FresnelModel;
@@ -228,7 +228,7 @@ impl Editor {
     fn material(&mut self) -> Material {
         let exponent = if self.random.below(30) == 0 { f32::NAN } else { 10.0 * self.random.unit() };
         let fresnel = FresnelModel::Schlick;
-        match self.random.below(8) {
+        match self.random.below(10) {
             0 => Material::Phong { ambient: self.color(), diffuse: self.color(), specular: self.color(), exponent },
             1 => Material::Lambert { albedo: self.color() },
             2 => Material::Metal {
@@ -278,7 +278,34 @@ impl Editor {
                     film: None,
                 }
             }
-            _ => Material::Emissive { radiance: self.color(), two_sided: self.random.below(2) == 0 },
+            7 => Material::Emissive { radiance: self.color(), two_sided: self.random.below(2) == 0 },
+            _ => Material::Principled(Box::new(self.principled())),
+        }
+    }
+
+    fn scalar(&mut self) -> Scalar {
+        let texture = match self.color() {
+            Color::Texture(texture) => Some((texture, Channel::G)),
+            _ => None,
+        };
+        Scalar { factor: self.random.unit(), texture }
+    }
+
+    fn principled(&mut self) -> Principled {
+        let transmission = if self.random.below(2) == 0 { Scalar::constant(0.0) } else { self.scalar() };
+        let volume = Volume { attenuation_distance: 1.0 + self.random.unit(), ..Volume::default() };
+        Principled {
+            base_color: self.color(),
+            metallic: self.scalar(),
+            sheen_color: self.color(),
+            anisotropy: Anisotropy { strength: 0.5, rotation: 1.0, texture: self.scalar().texture.map(|map| map.0) },
+            transmission,
+            volume: (self.random.below(2) == 0).then_some(volume),
+            iridescence: Iridescence { thickness_texture: self.scalar().texture, ..Principled::default().iridescence },
+            dispersion: self.random.unit(),
+            emission: if self.random.below(2) == 0 { Color::BLACK } else { self.color() },
+            unlit: self.random.below(8) == 0,
+            ..Principled::default()
         }
     }
 

@@ -15,7 +15,7 @@ use super::mesh::{Extent, MeshEmitter, extent_of_mesh};
 use super::rectangle::SeenRectangle;
 use super::tree::LightBounds;
 use super::{Emitter, Emitters, Placing};
-use crate::{ColorSource, Emissive, Instance, Light, LightKind, MaterialKind, SceneBuffers, TextureId};
+use crate::{ColorSource, Emissive, Instance, Light, LightKind, SceneBuffers, TextureId};
 
 impl Emitters {
     /// Gathers what shines in a scene. Looks at every instance, at every pixel of the textures of emissive materials, and at
@@ -71,10 +71,7 @@ impl Gathered<'_> {
         let scene = self.scene;
         let instance = scene.instances.get(row);
         let material = scene.materials.rows.get(instance.material.0 as usize);
-        if material.kind != MaterialKind::Emissive {
-            return None;
-        }
-        let emissive = scene.materials.emissive.get(material.row as usize);
+        let emissive = scene.materials.emission(material)?;
         let mean = self.mean_luminance(emissive.radiance);
         if mean.partial_cmp(&0.0) != Some(std::cmp::Ordering::Greater) {
             return None;

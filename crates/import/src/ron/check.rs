@@ -105,9 +105,8 @@ fn check_visibility(session: &mut Session, scene: &Scene, file: &str) {
     if !scene.rows.iter().any(|row| row.camera.is_some()) {
         warn("the scene has no camera", "it can be included, but no picture can be taken of it");
     }
-    let shines = |row: &Row| {
-        row.light.is_some() || matches!(scene.part(row, |row| &row.material), Some(world::Material::Emissive { .. }))
-    };
+    let shines =
+        |row: &Row| row.light.is_some() || scene.part(row, |row| &row.material).is_some_and(world::Material::shines);
     if scene.background.0.is_black() && !scene.rows.iter().any(shines) {
         warn("nothing in the scene sends out light", "a light, an Emissive material or a background does");
     }

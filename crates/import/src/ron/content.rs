@@ -356,7 +356,7 @@ impl<'s, 'i> Resolver<'s, 'i> {
             },
             Part::None => return false,
         };
-        matches!(material, world::Material::Emissive { .. })
+        material.shines()
     }
 
     /// The content of an included file, read once.

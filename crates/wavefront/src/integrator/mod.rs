@@ -15,6 +15,7 @@
 //! | RoughDiffuse | an error | EON |
 //! | Metal | highlight · R_0, mirror image · F_r; a film: an error | smooth or GGX, with a thin film; no highlight |
 //! | Dielectric | highlights · F_r or F_t; reflection · F_r and transmission · F_t; absorption inside; a film: an error | smooth, GGX or thin, with a thin film; F_r and F_t by chance, above `split_depth` both; absorption inside; radiance over the squared index is what crosses |
+//! | Principled | an error | glTF's lobes: reflection and transmission by chance, above `split_depth` both; its emission lights whatever sees it |
 //! | Emissive | its radiance where a ray meets it; it lights nothing else | lights whatever sees it |
 //! | point, spot, directional light | direct light and highlights | direct light, on what is not smooth |
 //! | ambient light | Phong's ambient term | nothing: it is for Phong alone |
@@ -36,7 +37,7 @@ use crate::batch::Batch;
 use crate::context::Context;
 use crate::queues::RaySource;
 use crate::stages::shade::shade_emissive;
-use crate::stages::{absorb, cross, escape, fold, gather, generate, order, record, sort, trace};
+use crate::stages::{absorb, cross, escape, fold, gather, generate, glow, order, record, sort, trace};
 use crate::stats::Stage;
 
 /// Makes the camera rays of some samples of every pixel of a tile.
@@ -84,6 +85,9 @@ fn meet(context: &Context<'_>, batch: &mut Batch, tile: &mut FilmTile<'_>) -> Op
     });
     recorder.stage(at(Stage::ShadeEmissive), sorted.emissive.len(), |counts| {
         shade_emissive(context, rays, &sorted.emissive.view(), stacks, contributions, counts);
+    });
+    recorder.stage(at(Stage::Glow), sorted.principled.len(), |_| {
+        glow(context, rays, &sorted.principled.view(), stacks, contributions);
     });
     recorder.stage(at(Stage::Gather), contributions.len(), |counts| {
         gather(context, depth, contributions, samples.view_mut(), tile, attribution, counts);

@@ -61,6 +61,7 @@ pub fn path(context: &Context<'_>, samples: Range<u32>, batch: &mut Batch, tile:
         scatter!(Stage::ScatterRoughDiffuse, sorted.rough_diffuse);
         scatter!(Stage::ScatterMetal, sorted.metal);
         scatter!(Stage::ScatterDielectric, sorted.dielectric);
+        scatter!(Stage::ScatterPrincipled, sorted.principled);
     }
     end(batch, tile);
 }

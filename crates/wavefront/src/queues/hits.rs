@@ -128,4 +128,6 @@ kinds! {
     OnDielectric DielectricHits;
     /// Hits on surfaces that send out light.
     OnEmissive EmissiveHits;
+    /// Hits on principled materials.
+    OnPrincipled PrincipledHits;
 }

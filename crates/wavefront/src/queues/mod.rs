@@ -10,7 +10,7 @@
 //! | [`CrossingQueue`] | `sort` | `cross` | 20 |
 //! | [`EscapedQueue`] | `sort` | `escape` | 4 |
 //! | [`ShadowQueue`] | `shade_*`, `scatter_*` | `shadow` | 56 |
-//! | [`ContributionQueue`] | `escape`, `shade_*`, `shadow`; `scatter_*` what is no number | `gather` | 24 |
+//! | [`ContributionQueue`] | `escape`, `shade_*`, `glow`, `shadow`; `scatter_*` what is no number | `gather` | 24 |
 //! | [`SampleColumns`] | `generate`, `trace`, `shadow`, `gather` | `fold`, at the end of the tile | 44 |
 //!
 //! A batch owns one of each and reuses their memory. A ray in flight takes one row of one queue between bounces, and during
@@ -46,8 +46,9 @@ pub use contributions::{
 pub use escaped::{Escaped, EscapedColumns, EscapedQueue, EscapedView, EscapedViewMut};
 pub use hits::{
     Crossing, CrossingColumns, CrossingQueue, CrossingsView, CrossingsViewMut, DielectricHits, EmissiveHits, HitQueue,
-    HitsOf, LambertHits, MetalHits, OnDielectric, OnEmissive, OnLambert, OnMetal, OnPhong, OnRoughDiffuse, PhongHits,
-    RoughDiffuseHits, SurfaceHit, SurfaceHitColumns, SurfaceHitsView, SurfaceHitsViewMut,
+    HitsOf, LambertHits, MetalHits, OnDielectric, OnEmissive, OnLambert, OnMetal, OnPhong, OnPrincipled,
+    OnRoughDiffuse, PhongHits, PrincipledHits, RoughDiffuseHits, SurfaceHit, SurfaceHitColumns, SurfaceHitsView,
+    SurfaceHitsViewMut,
 };
 pub use levels::{DepthQueues, Levels};
 pub use primary::PrimaryQueue;

@@ -36,7 +36,7 @@ pub fn record(
 }
 
 /// The color that a surface gives to the light that it sends back or lets through, for denoisers: diffuse albedo, a metal's
-/// reflectance along the normal in vacuum, white for what lets through all that it does not reflect, black for emitters, which
+/// reflectance along the normal in vacuum, a principled base color, white for what lets through all that it does not reflect, black for emitters, which
 /// reflect nothing.
 fn albedo(context: &Context<'_>, material: u32, hit: &SurfaceHit) -> Vec3 {
     let scene = context.scene;
@@ -55,5 +55,6 @@ fn albedo(context: &Context<'_>, material: u32, hit: &SurfaceHit) -> Vec3 {
         }
         MaterialKind::Dielectric => Vec3::ONE,
         MaterialKind::Emissive => Vec3::ZERO,
+        MaterialKind::Principled => color(scene.materials.principled.view().base_color[row]),
     }
 }

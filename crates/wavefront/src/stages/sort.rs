@@ -7,7 +7,7 @@ use crate::context::Context;
 use crate::media::{MediaStacks, Medium};
 use crate::queues::{
     Crossing, CrossingQueue, DielectricHits, EmissiveHits, Escaped, EscapedQueue, LambertHits, MetalHits, PathRaysView,
-    PhongHits, RoughDiffuseHits, SurfaceHit, SurfaceHitColumns, SurfaceHitsView,
+    PhongHits, PrincipledHits, RoughDiffuseHits, SurfaceHit, SurfaceHitColumns, SurfaceHitsView,
 };
 use crate::stats::Counts;
 
@@ -30,6 +30,8 @@ pub struct SortedHits {
     pub dielectric: DielectricHits,
     /// Hits on emissive surfaces.
     pub emissive: EmissiveHits,
+    /// Hits on principled materials.
+    pub principled: PrincipledHits,
 }
 
 impl SortedHits {
@@ -43,6 +45,7 @@ impl SortedHits {
         self.metal.clear();
         self.dielectric.clear();
         self.emissive.clear();
+        self.principled.clear();
     }
 
     /// Runs over the hits of every kind.
@@ -53,6 +56,7 @@ impl SortedHits {
         run(self.metal.view().columns());
         run(self.dielectric.view().columns());
         run(self.emissive.view().columns());
+        run(self.principled.view().columns());
     }
 
     /// Bytes of memory taken.
@@ -62,7 +66,8 @@ impl SortedHits {
             + self.rough_diffuse.capacity()
             + self.metal.capacity()
             + self.dielectric.capacity()
-            + self.emissive.capacity();
+            + self.emissive.capacity()
+            + self.principled.capacity();
         kinds * SurfaceHitColumns::BYTES_PER_ROW
             + self.escaped.capacity() * EscapedQueue::BYTES_PER_ROW
             + self.crossings.capacity() * CrossingQueue::BYTES_PER_ROW
@@ -76,6 +81,7 @@ impl SortedHits {
             + self.metal.len()
             + self.dielectric.len()
             + self.emissive.len()
+            + self.principled.len()
     }
 }
 
@@ -105,10 +111,10 @@ pub fn sort(
         }
         let material = materials.get(instances.material[hit.instance as usize].0 as usize);
         let point = surface(&context.geometry, &ray.ray(), &hit);
-        if material.kind == MaterialKind::Dielectric && !dielectrics.thin[material.row as usize] {
+        if let Some(medium) = scene.materials.medium(material) {
             let direction = ray.ray().direction;
             let inward = direction.dot(point.geometric_normal) < 0.0;
-            let boundary = stacks.boundary(ray.media, Medium(material.row), inward, &dielectrics);
+            let boundary = stacks.boundary(ray.media, Medium(medium), inward, &dielectrics);
             if boundary.filling_before == boundary.filling_behind {
                 sorted.crossings.push(Crossing {
                     ray: row as u32,
@@ -132,6 +138,7 @@ pub fn sort(
             MaterialKind::Metal => sorted.metal.push(hit),
             MaterialKind::Dielectric => sorted.dielectric.push(hit),
             MaterialKind::Emissive => sorted.emissive.push(hit),
+            MaterialKind::Principled => sorted.principled.push(hit),
         }
     }
     counts.escaped += sorted.escaped.len() as u64;

@@ -2,7 +2,7 @@
 
 use bevy_ecs::component::Component;
 use bevy_ecs::entity::Entity;
-use brewster_buffers::Texture;
+use brewster_buffers::{Channel, Texture};
 use brewster_optics::dispersion::DispersiveIndex;
 use brewster_optics::fresnel::FresnelModel;
 use brewster_optics::thin_film::Film;
@@ -85,6 +85,87 @@ pub enum Material {
         /// Whether its back sends out light, too, and not its front alone.
         two_sided: bool,
     },
+    /// glTF's metallic-roughness material.
+    Principled(Box<Principled>),
+}
+
+/// glTF 2.0's metallic-roughness material with the extensions named `KHR_materials_`: every field as their specification
+/// has it, with its defaults. Normal maps and opacity are no part of it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Principled {
+    /// The color of a dielectric's inside, of what it transmits, and of a metal's reflection, 0 to 1.
+    pub base_color: Color,
+    /// How much of the surface is metal, 0 to 1.
+    pub metallic: Scalar,
+    /// Its square is the GGX width, 0 to 1.
+    pub roughness: Scalar,
+    /// Index of refraction, 1 or more; or 0, which stands for infinity.
+    pub ior: f32,
+    /// Weight of a dielectric's reflection, 0 to 1.
+    pub specular: Scalar,
+    /// Tint of a dielectric's reflection along the normal, zero or more.
+    pub specular_color: Color,
+    /// Weight of the clearcoat, 0 to 1.
+    pub clearcoat: Scalar,
+    /// Its square is the clearcoat's GGX width, 0 to 1.
+    pub clearcoat_roughness: Scalar,
+    /// Color of the sheen, 0 to 1.
+    pub sheen_color: Color,
+    /// Its square is the sheen's width, 0 to 1.
+    pub sheen_roughness: Scalar,
+    /// Facets that are wider in one direction.
+    pub anisotropy: Anisotropy,
+    /// How much of what enters a dielectric comes out beyond, 0 to 1.
+    pub transmission: Scalar,
+    /// How much of a dielectric's diffuse light is transmitted, 0 to 1.
+    pub diffuse_transmission: Scalar,
+    /// Color of that, 0 to 1.
+    pub diffuse_transmission_color: Color,
+    /// The inside of a closed surface that lets light through; without one it is a sheet.
+    pub volume: Option<Volume>,
+    /// A film whose interference colors the reflection.
+    pub iridescence: Iridescence,
+    /// How much the index depends on the wavelength: 20 over the Abbe number, zero or more. Of a volume only.
+    pub dispersion: f32,
+    /// Radiance in nit, zero or more; from both sides.
+    pub emission: Color,
+    /// Whether it is no surface but a picture: it sends out its base color and reflects nothing.
+    pub unlit: bool,
+}
+
+/// The direction in which facets are wider.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Anisotropy {
+    /// How much wider, 0 to 1.
+    pub strength: f32,
+    /// The direction's angle from the tangent, counterclockwise, in radians.
+    pub rotation: f32,
+    /// Red and green: the direction, -1 to 1 stored as 0 to 1; it is rotated by `rotation`. Blue: a factor of `strength`.
+    pub texture: Option<Texture>,
+}
+
+/// What fills a closed surface, and takes the place of what it overlaps.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Volume {
+    /// What is left of white light after the attenuation distance, 0 to 1.
+    pub attenuation_color: Vec3,
+    /// In meters, above zero; infinite where nothing is absorbed.
+    pub attenuation_distance: f32,
+    /// Where media overlap the highest priority fills the place; at equal priority the one entered last.
+    pub priority: i32,
+}
+
+/// A thin film between air and surface.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Iridescence {
+    /// How much of the surface it covers, 0 to 1.
+    pub factor: Scalar,
+    /// Its index of refraction, 1 or more.
+    pub ior: f32,
+    /// In nanometers: its thickness where `thickness_texture` is 0 and where it is 1 or absent.
+    pub thickness: [f32; 2],
+    /// What lies between.
+    pub thickness_texture: Option<(Texture, Channel)>,
 }
 
 /// The entity wears the [`Material`] of another entity.
@@ -127,6 +208,17 @@ pub enum Color {
     Texture(Texture),
 }
 
+impl Material {
+    /// Whether it sends out light.
+    pub fn shines(&self) -> bool {
+        match self {
+            Material::Emissive { .. } => true,
+            Material::Principled(principled) => principled.unlit || principled.emission != Color::BLACK,
+            _ => false,
+        }
+    }
+}
+
 impl Color {
     /// No color.
     pub const BLACK: Color = Color::Constant(Vec3::ZERO);
@@ -136,5 +228,60 @@ impl Color {
     /// The same value in each channel.
     pub const fn gray(value: f32) -> Color {
         Color::Constant(Vec3::splat(value))
+    }
+}
+
+/// A number that is the same everywhere or is multiplied by a texture.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Scalar {
+    /// The number.
+    pub factor: f32,
+    /// What it is multiplied by.
+    pub texture: Option<(Texture, Channel)>,
+}
+
+impl Scalar {
+    /// The same everywhere.
+    pub const fn constant(factor: f32) -> Scalar {
+        Scalar { factor, texture: None }
+    }
+}
+
+impl Default for Principled {
+    /// glTF's defaults.
+    fn default() -> Principled {
+        Principled {
+            base_color: Color::WHITE,
+            metallic: Scalar::constant(1.0),
+            roughness: Scalar::constant(1.0),
+            ior: 1.5,
+            specular: Scalar::constant(1.0),
+            specular_color: Color::WHITE,
+            clearcoat: Scalar::constant(0.0),
+            clearcoat_roughness: Scalar::constant(0.0),
+            sheen_color: Color::BLACK,
+            sheen_roughness: Scalar::constant(0.0),
+            anisotropy: Anisotropy { strength: 0.0, rotation: 0.0, texture: None },
+            transmission: Scalar::constant(0.0),
+            diffuse_transmission: Scalar::constant(0.0),
+            diffuse_transmission_color: Color::WHITE,
+            volume: None,
+            iridescence: Iridescence {
+                factor: Scalar::constant(0.0),
+                ior: 1.3,
+                thickness: [100.0, 400.0],
+                thickness_texture: None,
+            },
+            dispersion: 0.0,
+            emission: Color::BLACK,
+            unlit: false,
+        }
+    }
+}
+
+impl Default for Volume {
+    /// glTF's defaults: nothing is absorbed.
+    fn default() -> Volume {
+        Volume { attenuation_color: Vec3::ONE, attenuation_distance: f32::INFINITY, priority: 0 }
     }
 }

@@ -10,7 +10,7 @@ mod transform;
 
 pub use camera::{Camera, Lens, Projection};
 pub use light::{Falloff, Light};
-pub use material::{Color, Material, Reflectance, UsesMaterial};
+pub use material::{Anisotropy, Color, Iridescence, Material, Principled, Reflectance, Scalar, UsesMaterial, Volume};
 pub use settings::{Background, Settings};
 pub use shape::{Shape, UsesShape};
 pub use transform::{SceneKey, Transform, WorldTransform};
@@ -18,8 +18,8 @@ pub use transform::{SceneKey, Transform, WorldTransform};
 /// What components are made of: types of the crates below, under one roof, so that an importer needs no other.
 pub mod parts {
     pub use brewster_buffers::{
-        Axis, Background, EnvironmentMap, Image, Integrator, MapRows, PixelFilter, SamplerKind, Settings, Texture,
-        ToneMapping,
+        Axis, Background, Channel, EnvironmentMap, Image, Integrator, MapRows, PixelFilter, SamplerKind, Settings,
+        Texture, ToneMapping,
     };
     pub use brewster_geometry::{Affine, TriangleMesh};
     pub use brewster_optics::dispersion::DispersiveIndex;

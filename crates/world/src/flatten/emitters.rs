@@ -2,7 +2,7 @@
 //! the rows that were written.
 
 use bevy_ecs::system::{Res, ResMut};
-use brewster_buffers::{MaterialKind, SceneBuffers};
+use brewster_buffers::{PrincipledColumns, SceneBuffers};
 
 use super::report::{EmittersEdit, FlattenReport};
 use super::{Buffers, Edits};
@@ -23,15 +23,19 @@ fn is_stale(buffers: &SceneBuffers, edits: &Edits, report: &FlattenReport) -> bo
         return true;
     }
     let emitters = buffers.emitters.rows();
-    if emitters.is_empty() && buffers.materials.emissive.is_empty() {
+    let materials = &buffers.materials;
+    let is_dark = |principled: &PrincipledColumns| principled.view().emission.iter().all(|color| color.is_black());
+    if emitters.is_empty() && materials.emissive.is_empty() && is_dark(&materials.principled) {
         return false;
     }
     if edits.regrouped || !report.materials.is_none() || !report.textures.is_none() || !report.shapes.is_none() {
         return true;
     }
     let instances = buffers.instances.view();
-    let kinds = buffers.materials.rows.view().kind;
-    let shines = |row: u32| kinds[instances.material[row as usize].0 as usize] == MaterialKind::Emissive;
+    let shines = |row: u32| {
+        let material = materials.rows.get(instances.material[row as usize].0 as usize);
+        materials.emission(material).is_some_and(|emissive| !emissive.radiance.is_black())
+    };
     let shone = |row: u32| emitters.instance.binary_search(&row).is_ok();
     edits.touched.iter().chain(&edits.rewritten).any(|&row| shines(row) || shone(row))
 }

@@ -16,6 +16,7 @@ use glam::Vec3;
 
 use super::directory::{Directory, Owner};
 use super::instances::InstanceIndex;
+use super::principled;
 use super::report::{FlattenReport, Problem};
 use super::rows::Rows;
 use super::textures::{self, TextureWriter};
@@ -43,8 +44,10 @@ impl MaterialIndex {
     fn keeps_row(&self, entity: Entity, material: &Material, materials: &Materials) -> Option<usize> {
         let row = self.directory.row(entity)? as usize;
         let textures = self.textures[row + 1] - self.textures[row];
-        let keeps = kind(material) == materials.rows.get(row).kind
-            && colors(material).into_iter().flatten().filter(|color| is_texture(color)).count() == textures
+        let before = materials.rows.get(row);
+        let keeps = kind(material) == before.kind
+            && count_textures(material) == textures
+            && has_filling(material) == (before.kind == MaterialKind::Principled && materials.medium(before).is_some())
             && check(material).is_ok();
         keeps.then_some(row)
     }
@@ -78,9 +81,10 @@ pub(super) fn flatten_changed_materials(
     }
     for (row, entity) in changed {
         let material = materials.get(entity).expect("it has just changed");
-        let kind_row = buffers.materials.rows.get(row).row as usize;
+        let before = buffers.materials.rows.get(row);
+        let rows = (before.row as usize, buffers.materials.medium(before).map(|row| row as usize));
         let mut writer = TextureWriter::new(&mut buffers.textures.rows, index.textures[row]);
-        let differs = put(&mut buffers.materials, &mut writer, material, kind_row);
+        let differs = put(&mut buffers.materials, &mut writer, material, rows);
         report.textures.rewritten += writer.edits().rewritten;
         report.materials.rewritten += usize::from(differs || !writer.edits().is_none());
     }
@@ -119,7 +123,9 @@ pub(super) fn regroup_materials(
         let (row, kind) = (owners.len(), kind(material));
         let kind_row = written[kind as usize];
         written[kind as usize] += 1;
-        let mut differs = put(&mut buffers.materials, &mut writer, material, kind_row);
+        let filling = has_filling(material).then_some(written[MaterialKind::Dielectric as usize]);
+        written[MaterialKind::Dielectric as usize] += usize::from(filling.is_some());
+        let mut differs = put(&mut buffers.materials, &mut writer, material, (kind_row, filling));
         differs |= buffers.materials.rows.put(row, MaterialRow { kind, row: kind_row as u32, key: owner.key });
         report.materials.count(row, before, differs);
         owners.push(owner);
@@ -153,30 +159,52 @@ fn kind(material: &Material) -> MaterialKind {
         Material::Metal { .. } => MaterialKind::Metal,
         Material::Dielectric { .. } => MaterialKind::Dielectric,
         Material::Emissive { .. } => MaterialKind::Emissive,
+        Material::Principled(principled) if principled.unlit => MaterialKind::Emissive,
+        Material::Principled(_) => MaterialKind::Principled,
     }
 }
 
+/// Whether a material has a row of the dielectrics beside its own.
+fn has_filling(material: &Material) -> bool {
+    matches!(material, Material::Principled(principled) if !principled.unlit && principled::has_inside(principled))
+}
+
 /// The colors of a material.
-fn colors(material: &Material) -> [Option<&Color>; 3] {
+fn colors(material: &Material) -> [Option<&Color>; 5] {
     match material {
-        Material::Phong { ambient, diffuse, specular, .. } => [Some(ambient), Some(diffuse), Some(specular)],
-        Material::Metal { reflectance: Reflectance::Normal { r0, .. }, specular, .. } => {
-            [Some(r0), Some(specular), None]
+        Material::Phong { ambient, diffuse, specular, .. } => {
+            [Some(ambient), Some(diffuse), Some(specular), None, None]
         }
+        Material::Metal { reflectance: Reflectance::Normal { r0, .. }, specular, .. } => {
+            [Some(r0), Some(specular), None, None, None]
+        }
+        Material::Principled(principled) if principled.unlit => [Some(&principled.base_color), None, None, None, None],
+        Material::Principled(principled) => principled::colors(principled).map(Some),
         Material::Metal { specular: color, .. }
         | Material::Lambert { albedo: color }
         | Material::RoughDiffuse { albedo: color, .. }
         | Material::Dielectric { specular: color, .. }
-        | Material::Emissive { radiance: color, .. } => [Some(color), None, None],
+        | Material::Emissive { radiance: color, .. } => [Some(color), None, None, None, None],
     }
 }
 
-fn is_texture(color: &Color) -> bool {
-    matches!(color, Color::Texture(_))
+/// The rows of textures that a material takes.
+fn count_textures(material: &Material) -> usize {
+    let of_colors = colors(material).into_iter().flatten().filter(|color| matches!(color, Color::Texture(_))).count();
+    match material {
+        Material::Principled(principled) if !principled.unlit => of_colors + principled::other_textures(principled),
+        _ => of_colors,
+    }
 }
 
-/// Writes a material to a row of its kind and its textures where the writer stands. Says whether another one stood in the row.
-fn put(materials: &mut Materials, textures: &mut TextureWriter<'_>, material: &Material, row: usize) -> bool {
+/// Writes a material to a row of its kind, what fills it to one of the dielectrics, and its textures where the writer stands.
+/// Says whether others stood in the rows.
+fn put(
+    materials: &mut Materials,
+    textures: &mut TextureWriter<'_>,
+    material: &Material,
+    (row, filling): (usize, Option<usize>),
+) -> bool {
     let mut source = |color: &Color| textures.source(color);
     match material {
         Material::Phong { ambient, diffuse, specular, exponent } => {
@@ -216,12 +244,17 @@ fn put(materials: &mut Materials, textures: &mut TextureWriter<'_>, material: &M
         &Material::Emissive { ref radiance, two_sided } => {
             materials.emissive.put(row, buffers::Emissive { radiance: source(radiance), two_sided })
         }
+        Material::Principled(principled) if principled.unlit => {
+            let radiance = source(&principled.base_color);
+            materials.emissive.put(row, buffers::Emissive { radiance, two_sided: true })
+        }
+        Material::Principled(principled) => principled::put(materials, textures, principled, row, filling),
     }
 }
 
 /// Drops what lies beyond the rows that were written, in all tables.
 fn truncate(materials: &mut Materials, rows: usize, written: [usize; MaterialKind::ALL.len()]) {
-    let Materials { rows: all, phong, lambert, rough_diffuse, metal, dielectric, emissive } = materials;
+    let Materials { rows: all, phong, lambert, rough_diffuse, metal, dielectric, emissive, principled } = materials;
     all.truncate(rows);
     phong.truncate(written[MaterialKind::Phong as usize]);
     lambert.truncate(written[MaterialKind::Lambert as usize]);
@@ -229,6 +262,7 @@ fn truncate(materials: &mut Materials, rows: usize, written: [usize; MaterialKin
     metal.truncate(written[MaterialKind::Metal as usize]);
     dielectric.truncate(written[MaterialKind::Dielectric as usize]);
     emissive.truncate(written[MaterialKind::Emissive as usize]);
+    principled.truncate(written[MaterialKind::Principled as usize]);
 }
 
 /// Checks the numbers of a material; the error says what must hold.
@@ -243,6 +277,7 @@ fn check(material: &Material) -> Result<(), &'static str> {
     let exponent_is_sound = |exponent: f32| exponent >= 0.0 && exponent.is_finite();
     let rules = match *material {
         Material::Phong { exponent, .. } => [(exponent_is_sound(exponent), EXPONENT), SOUND, SOUND, SOUND],
+        Material::Principled(ref principled) => return principled::check(principled),
         Material::Lambert { .. } | Material::Emissive { .. } => [SOUND; 4],
         Material::RoughDiffuse { roughness, .. } => {
             [(is_part(roughness), "a roughness must be 0 to 1"), SOUND, SOUND, SOUND]

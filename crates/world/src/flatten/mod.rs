@@ -11,6 +11,7 @@ mod instances;
 mod lights;
 mod materials;
 mod meshes;
+mod principled;
 mod report;
 mod rows;
 mod shapes;

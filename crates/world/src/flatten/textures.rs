@@ -1,11 +1,11 @@
 //! Textures: one row for each color that comes from a texture, in the order of materials and, within one, of its fields. Images are
 //! shared, not copied.
 
-use brewster_buffers::{ColorSource, Texture, TextureId};
+use brewster_buffers::{Channel, ColorSource, ScalarSource, Texture, TextureId};
 use glam::Vec3;
 
 use super::report::RowEdits;
-use crate::components::Color;
+use crate::components::{Color, Scalar};
 
 /// Writes textures over those of a table, from some row on.
 pub(super) struct TextureWriter<'a> {
@@ -28,10 +28,22 @@ impl TextureWriter<'_> {
 
     /// What a column holds for a color; its texture, if there is one, becomes the next row.
     pub(super) fn source(&mut self, color: &Color) -> ColorSource {
-        let texture = match color {
-            Color::Constant(color) => return ColorSource::constant(*color),
-            Color::Texture(texture) => texture.clone(),
-        };
+        match color {
+            Color::Constant(color) => ColorSource::constant(*color),
+            Color::Texture(texture) => ColorSource { constant: Vec3::ZERO, texture: self.row(Some(texture)) },
+        }
+    }
+
+    /// What a column holds for a number; its texture, if there is one, becomes the next row.
+    pub(super) fn scalar(&mut self, scalar: &Scalar) -> ScalarSource {
+        let (texture, channel) =
+            scalar.texture.as_ref().map_or((None, Channel::R), |(map, channel)| (Some(map), *channel));
+        ScalarSource { factor: scalar.factor, texture: self.row(texture), channel }
+    }
+
+    /// A texture becomes the next row.
+    pub(super) fn row(&mut self, texture: Option<&Texture>) -> TextureId {
+        let Some(texture) = texture.cloned() else { return TextureId::NONE };
         let row = self.next;
         self.next += 1;
         let differs = match self.rows.get_mut(row) {
@@ -42,7 +54,7 @@ impl TextureWriter<'_> {
             }
         };
         self.edits.count(row, self.before, differs);
-        ColorSource { constant: Vec3::ZERO, texture: TextureId(row as u32) }
+        TextureId(row as u32)
     }
 
     /// What was written.

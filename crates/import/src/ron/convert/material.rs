@@ -74,6 +74,7 @@ pub(crate) fn material(session: &mut Session, material: &Spanned<schema::Materia
 /// What the material has that the integrator does not render. The integrators' table says what they do with the rest.
 fn not_rendered(integrator: Integrator, material: &world::Material) -> Option<&'static str> {
     match (integrator, material) {
+        (Integrator::Whitted, world::Material::Principled(_)) => Some("principled materials"),
         (Integrator::Whitted, world::Material::RoughDiffuse { .. }) => Some("rough diffuse materials"),
         (Integrator::Whitted, world::Material::Metal { alpha, .. }) if *alpha > 0.0 => Some("rough metals"),
         (Integrator::Whitted, world::Material::Dielectric { alpha, .. }) if *alpha > 0.0 => Some("rough dielectrics"),

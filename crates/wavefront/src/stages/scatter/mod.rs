@@ -5,6 +5,7 @@
 mod dielectric;
 mod lambert;
 mod metal;
+mod principled;
 mod rough_diffuse;
 
 use brewster_buffers::LightSample;

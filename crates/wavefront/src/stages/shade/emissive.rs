@@ -1,11 +1,11 @@
 //! Shades hits on surfaces that send out light.
 
-use brewster_geometry::Ray;
+use brewster_buffers::ColorSource;
 use brewster_optics::lobe::{DELTA, power_heuristic};
 
 use crate::context::Context;
 use crate::media::MediaStacks;
-use crate::queues::{Contribution, ContributionQueue, End, HitsOf, OnEmissive, PathRaysView};
+use crate::queues::{Contribution, ContributionQueue, End, HitsOf, OnEmissive, PathRay, PathRaysView, SurfaceHit};
 use crate::stats::Counts;
 
 /// Gives each hit the surface's radiance, of which shadow rays bring the part that they find better; nothing is reflected.
@@ -19,8 +19,7 @@ pub fn shade_emissive(
     contributions: &mut ContributionQueue,
     counts: &mut Counts,
 ) {
-    let scene = context.scene;
-    let emissive = scene.materials.emissive.view();
+    let emissive = context.scene.materials.emissive.view();
     let hits = hits.columns();
     for row in 0..hits.len() {
         let hit = hits.get(row);
@@ -28,20 +27,30 @@ pub fn shade_emissive(
         if context.albedos.is_some() {
             counts.ledger.emitters.add(ray.weight);
         }
-        let Ray { origin, direction } = ray.ray();
-        let from_behind = direction.dot(hit.point.geometric_normal) >= 0.0;
+        let from_behind = ray.ray().direction.dot(hit.point.geometric_normal) >= 0.0;
         if from_behind && !emissive.two_sided[hit.material as usize] {
             continue;
         }
-        let share = if ray.pdf == DELTA {
-            1.0
-        } else {
-            power_heuristic(ray.pdf, scene.light_pdf(origin, hit.instance, hit.primitive, &hit.point))
-        };
-        let scale = share * context.radiance_scale(stacks, ray.media, ray.wavelength);
-        let radiance = scene.textures.evaluate(emissive.radiance[hit.material as usize], hit.point.uv);
-        let trail = ray.trail.end(End::Emitter);
-        let radiance = ray.weight * radiance * scale;
-        contributions.push(Contribution { radiance, sample: ray.sample, trail, instance: hit.instance });
+        contributions.push(shine(context, &ray, &hit, emissive.radiance[hit.material as usize], stacks));
     }
+}
+
+/// What a ray gets from a surface that shines toward it.
+#[inline(always)]
+pub(crate) fn shine(
+    context: &Context<'_>,
+    ray: &PathRay,
+    hit: &SurfaceHit,
+    radiance: ColorSource,
+    stacks: &MediaStacks,
+) -> Contribution {
+    let scene = context.scene;
+    let share = if ray.pdf == DELTA {
+        1.0
+    } else {
+        power_heuristic(ray.pdf, scene.light_pdf(ray.ray().origin, hit.instance, hit.primitive, &hit.point))
+    };
+    let scale = share * context.radiance_scale(stacks, ray.media, ray.wavelength);
+    let radiance = ray.weight * scene.textures.evaluate(radiance, hit.point.uv) * scale;
+    Contribution { radiance, sample: ray.sample, trail: ray.trail.end(End::Emitter), instance: hit.instance }
 }

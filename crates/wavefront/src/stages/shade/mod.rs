@@ -11,6 +11,7 @@ mod phong;
 
 pub use dielectric::shade_dielectric;
 pub use emissive::shade_emissive;
+pub(crate) use emissive::shine;
 pub use lambert::shade_lambert;
 pub use metal::shade_metal;
 pub use phong::shade_phong;
