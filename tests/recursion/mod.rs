@@ -238,8 +238,8 @@ impl<'a> Recursion<'a> {
 
     fn color(&self, source: ColorSource, at: &Arrival) -> DVec3 {
         match source.texture {
-            TextureId::NONE => source.constant.as_dvec3(),
-            TextureId(row) => texture(&self.scene.textures.rows[row as usize], at.point.uv),
+            TextureId::NONE => source.factor.as_dvec3(),
+            TextureId(row) => source.factor.as_dvec3() * texture(&self.scene.textures.rows[row as usize], at.point.uv),
         }
     }
 }
@@ -314,14 +314,15 @@ fn texture(texture: &Texture, uv: Vec2) -> DVec3 {
             let along = if *axis == brewster_buffers::Axis::U { uv.x } else { uv.y };
             from.as_dvec3().lerp(to.as_dvec3(), f64::from(along).clamp(0.0, 1.0))
         }
-        Texture::Image { image, repeat } => {
+        Texture::Image(picture) => {
+            let image = &picture.image;
             let (width, height) = (f64::from(image.width), f64::from(image.height));
-            let place = uv * *repeat;
+            let place = picture.transform.apply(uv);
             // In pixels from the middle of the top left one.
             let (x, y) = (f64::from(place.x) * width - 0.5, (1.0 - f64::from(place.y)) * height - 0.5);
             let pixel = |x: f64, y: f64| {
                 let (column, row) = (x.rem_euclid(width) as usize, y.rem_euclid(height) as usize);
-                Vec3::from_array(image.pixels[row * image.width as usize + column]).as_dvec3()
+                image.texel(row * image.width as usize + column, picture.encoding).truncate().as_dvec3()
             };
             let (left, top) = (x.floor(), y.floor());
             let row = |y: f64| pixel(left, y).lerp(pixel(left + 1.0, y), x - left);

@@ -91,13 +91,13 @@ struct Place {
 }
 
 impl EnvironmentMap {
-    /// The map of a picture whose pixels are radiance in nit, turned by `rotation` radians about +Y.
+    /// The map of a picture whose pixels are radiance in nit, decoded from sRGB if they are not linear already, turned by `rotation` radians about +Y.
     pub fn new(image: Arc<Image>, rows: MapRows, rotation: f32) -> Result<EnvironmentMap, MapError> {
         let (width, height) = (image.width, image.height);
-        let count = width as usize * height as usize;
-        if count == 0 || image.pixels.len() != count || count + width as usize > 1 << 28 {
+        if !image.is_sound() || image.texels.len() + width as usize > 1 << 28 {
             return Err(MapError::Size);
         }
+        let image = image.to_floats();
         if rows == MapRows::Poles && height < 2 {
             return Err(MapError::OneRow);
         }
@@ -105,7 +105,7 @@ impl EnvironmentMap {
             return Err(MapError::Rotation);
         }
         let is_bad = |pixel: &[f32; 3]| pixel.iter().any(|channel| !(0.0..=BRIGHTEST).contains(channel));
-        if let Some(index) = image.pixels.iter().position(is_bad) {
+        if let Some(index) = image.floats().iter().position(is_bad) {
             let index = index as u32;
             return Err(MapError::Pixel { x: index % width, y: index / width });
         }
@@ -218,7 +218,7 @@ impl EnvironmentMap {
             MapRows::Poles => (band, band + 1),
         };
         let next = if column + 1 == width { 0 } else { column + 1 };
-        let pixel = |x: u32, y: u32| Vec3::from_array(self.image.pixels[y as usize * width as usize + x as usize]);
+        let pixel = |x: u32, y: u32| Vec3::from_array(self.image.floats()[y as usize * width as usize + x as usize]);
         [pixel(column, upper), pixel(next, upper), pixel(column, lower), pixel(next, lower)]
     }
 
@@ -313,12 +313,14 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
+    use crate::Texels;
     use crate::statistics::{Random, check_sphere};
 
     fn map(size: [u32; 2], rows: MapRows, rotation: f32, pixel: impl Fn(u32, u32) -> Vec3) -> EnvironmentMap {
         let [width, height] = size;
         let pixels = (0..width * height).map(|i| pixel(i % width, i / width).to_array()).collect();
-        EnvironmentMap::new(Arc::new(Image { width, height, pixels }), rows, rotation).expect("a sound picture")
+        EnvironmentMap::new(Arc::new(Image { width, height, texels: Texels::Floats(pixels) }), rows, rotation)
+            .expect("a sound picture")
     }
 
     /// Colors that have nothing to do with each other.
@@ -332,7 +334,8 @@ mod tests {
 
     /// The convention in f64 from the words at the head, by the standard library's functions.
     fn reference(map: &EnvironmentMap, direction: Vec3) -> DVec3 {
-        let Image { width, height, pixels } = &**map.image();
+        let Image { width, height, .. } = &**map.image();
+        let pixels = map.image().floats();
         let d = direction.as_dvec3().normalize();
         // The map's own direction: turned back about +Y.
         let back = glam::DQuat::from_rotation_y(-f64::from(map.rotation));
@@ -510,7 +513,8 @@ mod tests {
 
     #[test]
     fn pictures_that_are_no_maps_are_refused() {
-        let image = |width, height, pixels: Vec<[f32; 3]>| Arc::new(Image { width, height, pixels });
+        let image =
+            |width, height, pixels: Vec<[f32; 3]>| Arc::new(Image { width, height, texels: Texels::Floats(pixels) });
         let check = |image, rows, rotation, expected| {
             assert_eq!(EnvironmentMap::new(image, rows, rotation).err(), expected);
         };

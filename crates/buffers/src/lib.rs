@@ -35,7 +35,10 @@ pub use materials::{
     PrincipledsViewMut, RoughDiffuse, RoughDiffuseColumns, RoughDiffusesView, RoughDiffusesViewMut,
 };
 pub use settings::{Integrator, PixelFilter, SamplerKind, Settings, ToneMapping};
-pub use textures::{Axis, Channel, ColorSource, Image, ScalarSource, Texture, Textures};
+pub use textures::{
+    Axis, Channel, ColorSource, Encoding, Filter, Image, ImageTexture, ScalarSource, Texels, Texture, Textures, UvSet,
+    UvTransform, Wrap,
+};
 pub use trees::Trees;
 
 use brewster_geometry::{SceneGeometry, ShapeTable};

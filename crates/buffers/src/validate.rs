@@ -5,7 +5,7 @@ use glam::Vec3;
 
 use crate::{
     Background, Camera, ColorSource, Emitters, Light, MaterialKind, Materials, Projection, SceneBuffers, Settings,
-    Texture, TextureId,
+    TextureId,
 };
 
 /// A broken promise, in words.
@@ -19,7 +19,7 @@ impl SceneBuffers {
         self.geometry().validate()?;
         self.validate_materials()?;
         for (row, texture) in self.textures.rows.iter().enumerate() {
-            require(is_sound(texture), || format!("texture {row} is empty or not finite: {texture:?}"))?;
+            require(texture.is_sound(), || format!("texture {row} is empty or not finite: {texture:?}"))?;
         }
         ascending("lights", self.lights.view().key.iter().copied())?;
         for row in 0..self.lights.len() {
@@ -156,8 +156,8 @@ impl SceneBuffers {
     }
 
     fn has_color(&self, color: &ColorSource) -> bool {
-        let ColorSource { constant, texture } = *color;
-        is_color(constant) && self.has_texture(texture)
+        let ColorSource { factor, texture } = *color;
+        is_color(factor) && self.has_texture(texture)
     }
 
     fn has_texture(&self, texture: TextureId) -> bool {
@@ -188,17 +188,6 @@ const ROUNDING: f32 = 1e-5;
 
 fn is_unit(direction: Vec3) -> bool {
     (direction.length_squared() - 1.0).abs() <= ROUNDING
-}
-
-fn is_sound(texture: &Texture) -> bool {
-    match texture {
-        Texture::Checker { a, b, size } => is_color(*a) && is_color(*b) && *size > 0.0 && size.is_finite(),
-        Texture::Gradient { from, to, .. } => is_color(*from) && is_color(*to),
-        Texture::Image { image, repeat } => {
-            let pixels = image.width as usize * image.height as usize;
-            pixels > 0 && image.pixels.len() == pixels && repeat.is_finite()
-        }
-    }
 }
 
 fn is_lit(light: &Light) -> bool {
@@ -244,7 +233,7 @@ mod tests {
     use brewster_geometry::{ShapeKind, ShapeRef, Sphere, TopTree};
 
     use super::*;
-    use crate::{Instance, Lambert, LightKind, MaterialId, MaterialRow};
+    use crate::{Instance, Lambert, LightKind, MaterialId, MaterialRow, Texture};
 
     /// Two balls of one material under a lamp, and a camera.
     fn scene() -> SceneBuffers {
@@ -252,7 +241,7 @@ mod tests {
         buffers.shapes.spheres.push(Sphere { radius: 1.0 });
         buffers.textures.rows.push(Texture::Checker { a: Vec3::ZERO, b: Vec3::ONE, size: 1.0 });
         buffers.materials.rows.push(MaterialRow { kind: MaterialKind::Lambert, row: 0, key: 3 });
-        let albedo = ColorSource { constant: Vec3::ZERO, texture: TextureId(0) };
+        let albedo = ColorSource { factor: Vec3::ONE, texture: TextureId(0) };
         buffers.materials.lambert.push(Lambert { albedo });
         for key in [1, 2] {
             let object_to_world = Affine::translation(Vec3::X * key as f32);
@@ -310,7 +299,7 @@ mod tests {
         check("lambert row 1", |b| b.materials.rows.view_mut().row[0] = 1);
         check("0 lambert rows for 1", |b| b.materials.lambert.clear());
         check("color", |b| b.materials.lambert.view_mut().albedo[0].texture.0 = 1);
-        check("color", |b| b.materials.lambert.view_mut().albedo[0].constant.y = f32::NAN);
+        check("color", |b| b.materials.lambert.view_mut().albedo[0].factor.y = f32::NAN);
         check("texture 0", |b| b.textures.rows[0] = Texture::Checker { a: Vec3::ZERO, b: Vec3::ONE, size: 0.0 });
         check("emitters", |b| b.emitters = Emitters::default());
         check("light 0", |b| b.lights.view_mut().direction[0] = Vec3::ONE);

@@ -73,7 +73,7 @@ fn scene(shape: ShapeRef, at: Affine3A, two_sided: bool) -> SceneBuffers {
     scene.trees.meshes = scene.shapes.meshes.iter().map(|mesh| MeshTree::build(mesh.clone()).unwrap()).collect();
     scene.textures.rows.push(CHECKER);
     scene.materials.rows.push(MaterialRow { kind: MaterialKind::Emissive, row: 0, key: 0 });
-    let radiance = ColorSource { constant: Vec3::ZERO, texture: TextureId(0) };
+    let radiance = ColorSource { factor: Vec3::ONE, texture: TextureId(0) };
     scene.materials.emissive.push(Emissive { radiance, two_sided });
     place(&mut scene, shape, at, MaterialId(0));
     finish(&mut scene);
@@ -330,12 +330,12 @@ fn triangles_are_drawn_where_their_texture_shines() {
     let mut pixels = vec![[0.0; 3]; 16 * 16];
     // Row 0 is at the top, so the last row is at v = 0.
     (0..4).for_each(|i| pixels[(15 - i / 2) * 16 + i % 2] = [1.0, 2.0, 4.0]);
-    let image = Arc::new(Image { width: 16, height: 16, pixels });
+    let image = Arc::new(Image { width: 16, height: 16, texels: Texels::Floats(pixels) });
     let at = placed(Vec3::new(2.0, 1.0, 1.0), Vec3::new(3.0, 0.0, -2.0));
     let mut scene = scene(ShapeRef { kind: ShapeKind::Mesh, row: 0 }, at, true);
     scene.shapes.meshes[0] = Arc::new(sheet);
     scene.trees.meshes[0] = MeshTree::build(scene.shapes.meshes[0].clone()).unwrap();
-    scene.textures.rows[0] = Texture::Image { image, repeat: 1.0 };
+    scene.textures.rows[0] = Texture::Image(ImageTexture::new(image));
     finish(&mut scene);
 
     let point = at.transform_point3(Vec3::new(-0.3, 0.2, 1.5));

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use brewster_world::components::parts::{EnvironmentMap, Image, MapRows};
+use brewster_world::components::parts::{EnvironmentMap, Image, MapRows, Texels};
 
 use crate::diagnostics::Code;
 use crate::image;
@@ -45,6 +45,6 @@ fn scaled(picture: &Arc<Image>, factor: f32) -> Arc<Image> {
     if factor == 1.0 {
         return Arc::clone(picture);
     }
-    let pixels = picture.pixels.iter().map(|pixel| pixel.map(|channel| channel * factor)).collect();
-    Arc::new(Image { pixels, ..**picture })
+    let pixels = picture.to_floats().floats().iter().map(|pixel| pixel.map(|channel| channel * factor)).collect();
+    Arc::new(Image { width: picture.width, height: picture.height, texels: Texels::Floats(pixels) })
 }

@@ -12,7 +12,7 @@ use bevy_ecs::entity::{Entity, EntityHashMap};
 use bevy_ecs::hierarchy::ChildOf;
 use bevy_ecs::name::Name;
 use bevy_ecs::world::World;
-use brewster_buffers::{Axis, Channel, Image, SceneBuffers, Texture};
+use brewster_buffers::{Axis, Channel, Image, ImageTexture, SceneBuffers, Texels, Texture, UvTransform};
 use brewster_geometry::{Hit, HitColumns, Rays, TriangleMesh, closest_hits};
 use brewster_lanes::Level;
 use brewster_optics::fresnel::FresnelModel;
@@ -159,7 +159,7 @@ struct Editor {
 
 impl Editor {
     fn new(seed: u64) -> Editor {
-        let image = Image { width: 2, height: 1, pixels: vec![[0.1, 0.2, 0.3], [0.4, 0.5, 0.6]] };
+        let image = Image { width: 2, height: 1, texels: Texels::Floats(vec![[0.1, 0.2, 0.3], [0.4, 0.5, 0.6]]) };
         let mesh = |size: f32| {
             let positions = vec![Vec3::ZERO, Vec3::X * size, Vec3::Y * size, Vec3::Z * size];
             let triangles = vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
@@ -215,7 +215,11 @@ impl Editor {
         match self.random.below(8) {
             0 => Color::Texture(Texture::Checker { a, b, size: 0.5 }),
             1 => Color::Texture(Texture::Gradient { from: a, to: b, axis: Axis::V }),
-            2 => Color::Texture(Texture::Image { image: self.image.clone(), repeat: 1.0 + a.x }),
+            2 => {
+                let transform = UvTransform::scale(1.0 + a.x, 1.0);
+                let image = ImageTexture { transform, ..ImageTexture::new(self.image.clone()) };
+                Color::Tinted { factor: b, texture: Texture::Image(image) }
+            }
             _ => Color::Constant(a),
         }
     }

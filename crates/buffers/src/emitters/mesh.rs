@@ -51,7 +51,7 @@ impl MeshEmitter {
             let Some(texture) = texture else { return mean };
             let look = |i: u32| {
                 let place = [place(i % LOOKS), place(i / LOOKS)];
-                f64::from(luminance(texture.evaluate(mesh.sample_area(triangle, place).local.uv)))
+                f64::from(luminance(texture.evaluate(mesh.sample_area(triangle, place).local.uv).truncate()))
             };
             let seen: f64 = (0..LOOKS * LOOKS).map(look).sum::<f64>() / f64::from(LOOKS * LOOKS);
             EVERYWHERE * mean + (1.0 - EVERYWHERE) * seen
@@ -70,11 +70,7 @@ impl MeshEmitter {
 
     /// Whether it is of this mesh and this texture.
     pub(super) fn is_of(&self, mesh: &Arc<TriangleMesh>, texture: Option<&Texture>) -> bool {
-        let same_texture = match (&self.texture, texture) {
-            (Some(a), Some(b)) => a.is_same(b),
-            (a, b) => a.is_none() && b.is_none(),
-        };
-        same_texture && Arc::ptr_eq(&self.mesh, mesh)
+        self.texture.as_ref() == texture && Arc::ptr_eq(&self.mesh, mesh)
     }
 }
 

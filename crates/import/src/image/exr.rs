@@ -2,7 +2,7 @@
 
 use std::io::Cursor;
 
-use brewster_world::components::parts::Image;
+use brewster_world::components::parts::{Image, Texels};
 use exr::math::Vec2;
 use exr::meta::MetaData;
 use exr::meta::attribute::IntegerBounds;
@@ -57,7 +57,8 @@ impl File<'_> {
             .non_parallel()
             .from_buffered(Cursor::new(self.bytes))
             .map_err(|error| error.to_string())?;
-        Ok(Image { width: width as u32, height: height as u32, pixels: image.layer_data.channel_data.pixels })
+        let texels = Texels::Floats(image.layer_data.channel_data.pixels);
+        Ok(Image { width: width as u32, height: height as u32, texels })
     }
 }
 

@@ -1,20 +1,18 @@
-//! Picture files to linear pixels. Dimensions are checked against the budget before anything is decoded.
+//! Picture files to pixels, in the precision of the file. Dimensions are checked against the budget before anything is decoded.
 
 mod exr;
 
 use std::io::Cursor;
 use std::sync::Arc;
 
-use brewster_optics::color::{linear_from_srgb8, linear_from_srgb16};
-use brewster_world::components::parts::Image;
+use brewster_world::components::parts::{Image, Texels};
 use image::{DynamicImage, ImageDecoder, ImageReader};
 
 use crate::diagnostics::Code;
 use crate::session::{Asset, Session};
 use crate::source::Span;
 
-/// The picture in a file that is named at `span`: sRGB decoded, except for HDR and EXR, which are
-/// linear already. Alpha is dropped.
+/// The picture in a file that is named at `span`: bytes and words as they are, HDR and EXR in linear numbers without alpha.
 pub(crate) fn load(session: &mut Session, name: &str, span: Span) -> Option<Arc<Image>> {
     let asset = session.read_asset(name, span)?;
     if let Some((digest, image)) = session.assets.images.get(&asset.path)
@@ -65,7 +63,7 @@ fn decode_other(session: &mut Session, asset: &Asset, name: &str, span: Span) ->
     let mut limits = image::Limits::no_limits();
     limits.max_alloc = Some((1 << 24) + 32 * u64::from(width) * u64::from(height));
     decoder.set_limits(limits)?;
-    Ok(Some(Image { width, height, pixels: linear_pixels(DynamicImage::from_decoder(decoder)?) }))
+    Ok(Some(Image { width, height, texels: texels(DynamicImage::from_decoder(decoder)?) }))
 }
 
 /// Takes a picture's pixels from what a scene may have, or reports that they are too many.
@@ -82,14 +80,12 @@ fn budget(session: &mut Session, name: &str, span: Span, width: u32, height: u32
     taken.is_ok()
 }
 
-fn linear_pixels(image: DynamicImage) -> Vec<[f32; 3]> {
+fn texels(image: DynamicImage) -> Texels {
     use image::ColorType::{L8, L16, La8, La16, Rgb8, Rgb16, Rgba8, Rgba16};
     match image.color() {
-        L8 | La8 | Rgb8 | Rgba8 => image.into_rgb8().pixels().map(|pixel| pixel.0.map(linear_from_srgb8)).collect(),
-        L16 | La16 | Rgb16 | Rgba16 => {
-            image.into_rgb16().pixels().map(|pixel| pixel.0.map(linear_from_srgb16)).collect()
-        }
-        _ => image.into_rgb32f().pixels().map(|pixel| pixel.0.map(tame)).collect(),
+        L8 | La8 | Rgb8 | Rgba8 => Texels::Bytes(image.into_rgba8().pixels().map(|pixel| pixel.0).collect()),
+        L16 | La16 | Rgb16 | Rgba16 => Texels::Words(image.into_rgba16().pixels().map(|pixel| pixel.0).collect()),
+        _ => Texels::Floats(image.into_rgb32f().pixels().map(|pixel| pixel.0.map(tame)).collect()),
     }
 }
 

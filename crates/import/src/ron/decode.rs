@@ -315,7 +315,7 @@ macro_rules! schema {
             example: $example,
             #[cfg(test)]
             takes: |text| {
-                let range: Option<Range> = schema!(@option $($range)?);
+                let range: Option<$crate::ron::info::Range> = schema!(@option $($range)?);
                 $crate::ron::decode::decode_text::<$type>(text).is_some_and(|value| range.is_none_or(|range| value.within(&range)))
             },
         }

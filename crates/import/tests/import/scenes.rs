@@ -5,7 +5,7 @@ use bevy_ecs::hierarchy::ChildOf;
 use bevy_ecs::name::Name;
 use bevy_ecs::world::World;
 use brewster_import::{Importer, LoadOptions, load_scene};
-use brewster_world::components::parts::{self, FresnelModel, Texture};
+use brewster_world::components::parts::{self, FresnelModel, Texture, UvTransform};
 use brewster_world::components::{
     Camera, Color, Falloff, Light, Material, Projection, Reflectance, Settings, Shape, Transform, UsesMaterial,
     UsesShape,
@@ -384,12 +384,13 @@ fn pictures_come_in_linear_light() {
             .unwrap_or_else(|failure| panic!("{failure}"));
         let mut world = World::new();
         loaded.scene.apply(&mut world);
-        let Material::Lambert { albedo: Color::Texture(Texture::Image { image, repeat }) } = get(&mut world, "m")
-        else {
+        let Material::Lambert { albedo: Color::Texture(Texture::Image(texture)) } = get(&mut world, "m") else {
             panic!("it is a picture")
         };
-        assert_eq!(((image.width, image.height), repeat), (size, 3.0), "{name}");
-        for (found, expected) in image.pixels.as_flattened().iter().zip(expected) {
+        let image = texture.image.to_floats();
+        assert_eq!((image.width, image.height), size, "{name}");
+        assert_eq!(texture.transform, UvTransform::scale(3.0, 3.0), "{name}");
+        for (found, expected) in image.floats().as_flattened().iter().zip(expected) {
             assert!((found - expected).abs() <= 1e-5 * expected, "{name}: {found} instead of {expected}");
         }
     }

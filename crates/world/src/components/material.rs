@@ -206,6 +206,13 @@ pub enum Color {
     Constant(Vec3),
     /// A color from the surface's texture coordinates.
     Texture(Texture),
+    /// A color from the surface's texture coordinates, times another.
+    Tinted {
+        /// The other.
+        factor: Vec3,
+        /// The texture.
+        texture: Texture,
+    },
 }
 
 impl Material {
@@ -228,6 +235,22 @@ impl Color {
     /// The same value in each channel.
     pub const fn gray(value: f32) -> Color {
         Color::Constant(Vec3::splat(value))
+    }
+
+    /// The color, or the factor of the texture's.
+    pub fn factor(&self) -> Vec3 {
+        match self {
+            Color::Constant(factor) | Color::Tinted { factor, .. } => *factor,
+            Color::Texture(_) => Vec3::ONE,
+        }
+    }
+
+    /// Where it comes from, if it is not the same everywhere.
+    pub fn texture(&self) -> Option<&Texture> {
+        match self {
+            Color::Constant(_) => None,
+            Color::Texture(texture) | Color::Tinted { texture, .. } => Some(texture),
+        }
     }
 }
 

@@ -190,7 +190,7 @@ fn colors(material: &Material) -> [Option<&Color>; 5] {
 
 /// The rows of textures that a material takes.
 fn count_textures(material: &Material) -> usize {
-    let of_colors = colors(material).into_iter().flatten().filter(|color| matches!(color, Color::Texture(_))).count();
+    let of_colors = colors(material).into_iter().flatten().filter(|color| color.texture().is_some()).count();
     match material {
         Material::Principled(principled) if !principled.unlit => of_colors + principled::other_textures(principled),
         _ => of_colors,
@@ -268,11 +268,10 @@ fn truncate(materials: &mut Materials, rows: usize, written: [usize; MaterialKin
 /// Checks the numbers of a material; the error says what must hold.
 fn check(material: &Material) -> Result<(), &'static str> {
     for color in colors(material).into_iter().flatten() {
-        match color {
-            &Color::Constant(color) if textures::is_color(color) => (),
-            Color::Constant(_) => return Err("a color must be finite and at least 0"),
-            Color::Texture(texture) => textures::check(texture)?,
+        if !textures::is_color(color.factor()) {
+            return Err("a color must be finite and at least 0");
         }
+        color.texture().map_or(Ok(()), textures::check)?;
     }
     let exponent_is_sound = |exponent: f32| exponent >= 0.0 && exponent.is_finite();
     let rules = match *material {
@@ -284,8 +283,7 @@ fn check(material: &Material) -> Result<(), &'static str> {
         }
         Material::Metal { ref reflectance, fresnel, exponent, alpha, .. } => {
             let (reflectance_is_sound, has_index) = match *reflectance {
-                Reflectance::Normal { r0: Color::Constant(r0), f82 } => (are_parts(r0) && are_parts(f82), false),
-                Reflectance::Normal { r0: Color::Texture(_), f82 } => (are_parts(f82), false),
+                Reflectance::Normal { ref r0, f82 } => (are_parts(r0.factor()) && are_parts(f82), false),
                 Reflectance::EdgeTint { r0, edge_tint } => (are_parts(r0) && are_parts(edge_tint), true),
                 Reflectance::Index { eta, k } => {
                     let finite = eta.is_finite() && k.is_finite();

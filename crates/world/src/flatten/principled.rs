@@ -134,10 +134,7 @@ pub(super) fn check(principled: &Principled) -> Result<(), &'static str> {
     maps.try_for_each(|(texture, _)| textures::check(texture))?;
     principled.anisotropy.texture.as_ref().map_or(Ok(()), textures::check)?;
     let colors = [&principled.base_color, &principled.sheen_color, &principled.diffuse_transmission_color];
-    let is_dim = |color: &&Color| match color {
-        Color::Constant(color) => color.max_element() <= 1.0,
-        Color::Texture(_) => true,
-    };
+    let is_dim = |color: &&Color| color.factor().max_element() <= 1.0;
     let is_index = |ior: f32| ior >= 1.0 && ior.is_finite();
     let anisotropy = &principled.anisotropy;
     let volume = principled.volume.as_ref().is_none_or(|volume| {

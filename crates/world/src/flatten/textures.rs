@@ -28,10 +28,7 @@ impl TextureWriter<'_> {
 
     /// What a column holds for a color; its texture, if there is one, becomes the next row.
     pub(super) fn source(&mut self, color: &Color) -> ColorSource {
-        match color {
-            Color::Constant(color) => ColorSource::constant(*color),
-            Color::Texture(texture) => ColorSource { constant: Vec3::ZERO, texture: self.row(Some(texture)) },
-        }
+        ColorSource { factor: color.factor(), texture: self.row(color.texture()) }
     }
 
     /// What a column holds for a number; its texture, if there is one, becomes the next row.
@@ -43,13 +40,17 @@ impl TextureWriter<'_> {
 
     /// A texture becomes the next row.
     pub(super) fn row(&mut self, texture: Option<&Texture>) -> TextureId {
-        let Some(texture) = texture.cloned() else { return TextureId::NONE };
+        let Some(texture) = texture else { return TextureId::NONE };
         let row = self.next;
         self.next += 1;
         let differs = match self.rows.get_mut(row) {
-            Some(old) => !std::mem::replace(old, texture).is_same(&self.rows[row]),
+            Some(old) if old == texture => false,
+            Some(old) => {
+                *old = texture.clone();
+                true
+            }
             None => {
-                self.rows.push(texture);
+                self.rows.push(texture.clone());
                 true
             }
         };
@@ -77,15 +78,7 @@ pub(super) fn is_color(color: Vec3) -> bool {
 
 /// Checks a texture; the error says what must hold.
 pub(super) fn check(texture: &Texture) -> Result<(), &'static str> {
-    let sound = match texture {
-        Texture::Checker { a, b, size } => is_color(*a) && is_color(*b) && *size > 0.0 && size.is_finite(),
-        Texture::Gradient { from, to, .. } => is_color(*from) && is_color(*to),
-        Texture::Image { image, repeat } => {
-            let pixels = image.width as usize * image.height as usize;
-            pixels > 0 && image.pixels.len() == pixels && repeat.is_finite()
-        }
-    };
-    if sound {
+    if texture.is_sound() {
         Ok(())
     } else {
         Err("a texture's colors must be finite and at least 0, its squares and its image not empty")
@@ -96,30 +89,43 @@ pub(super) fn check(texture: &Texture) -> Result<(), &'static str> {
 mod tests {
     use std::sync::Arc;
 
+    use brewster_buffers::{Image, ImageTexture, Texels, UvTransform};
+
     use super::*;
 
     #[test]
     fn textures_are_written_over_in_order() {
         let checker = |size| Texture::Checker { a: Vec3::ZERO, b: Vec3::ONE, size };
-        let mut rows = vec![checker(1.0), checker(2.0), checker(3.0)];
+        let mut rows = [1.0, 2.0, 3.0, 4.0, 5.0].map(checker).to_vec();
         let mut writer = TextureWriter::new(&mut rows, 0);
         let sources = [checker(1.0), checker(5.0)].map(|texture| writer.source(&Color::Texture(texture)));
         assert_eq!(sources.map(|source| source.texture), [TextureId(0), TextureId(1)]);
         assert_eq!(writer.source(&Color::WHITE), ColorSource::constant(Vec3::ONE));
-        assert_eq!(writer.finish(), RowEdits { added: 0, removed: 1, rewritten: 1 });
-        assert_eq!(rows, [checker(1.0), checker(5.0)]);
+        let tinted = Color::Tinted { factor: Vec3::X, texture: checker(3.0) };
+        assert_eq!(writer.source(&tinted), ColorSource { factor: Vec3::X, texture: TextureId(2) });
+        let scalar = Scalar { factor: 0.5, texture: Some((checker(7.0), Channel::B)) };
+        let row = ScalarSource { factor: 0.5, texture: TextureId(3), channel: Channel::B };
+        assert_eq!(writer.scalar(&scalar), row);
+        assert_eq!(writer.scalar(&Scalar::constant(2.0)), ScalarSource::constant(2.0));
+        assert_eq!(writer.finish(), RowEdits { added: 0, removed: 1, rewritten: 2 });
+        assert_eq!(rows, [checker(1.0), checker(5.0), checker(3.0), checker(7.0)]);
     }
 
     #[test]
     fn empty_squares_and_images_are_refused() {
-        let image = |width, pixels| brewster_buffers::Image { width, height: 1, pixels: vec![[0.0; 3]; pixels] };
+        let image = |width, pixels| {
+            let image = Image { width, height: 1, texels: Texels::Bytes(vec![[0; 4]; pixels]) };
+            ImageTexture::new(Arc::new(image))
+        };
+        let boundless = ImageTexture { transform: UvTransform::scale(1.0, f32::INFINITY), ..image(1, 1) };
         for (texture, sound) in [
             (Texture::Checker { a: Vec3::ZERO, b: Vec3::ONE, size: 0.5 }, true),
             (Texture::Checker { a: Vec3::ZERO, b: Vec3::ONE, size: 0.0 }, false),
             (Texture::Checker { a: Vec3::NAN, b: Vec3::ONE, size: 0.5 }, false),
-            (Texture::Image { image: Arc::new(image(2, 2)), repeat: 1.0 }, true),
-            (Texture::Image { image: Arc::new(image(2, 1)), repeat: 1.0 }, false),
-            (Texture::Image { image: Arc::new(image(0, 0)), repeat: 1.0 }, false),
+            (Texture::Image(image(2, 2)), true),
+            (Texture::Image(image(2, 1)), false),
+            (Texture::Image(image(0, 0)), false),
+            (Texture::Image(boundless), false),
         ] {
             assert_eq!(check(&texture).is_ok(), sound, "{texture:?}");
         }

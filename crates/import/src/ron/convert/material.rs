@@ -3,15 +3,16 @@
 use brewster_optics::dispersion::{Cauchy, Sellmeier};
 use brewster_optics::{fresnel, glasses, metals};
 use brewster_world::components as world;
-use brewster_world::components::parts::{self, DispersiveIndex, Film, FresnelModel, Integrator};
+use brewster_world::components::parts::{DispersiveIndex, Film, FresnelModel, Integrator};
 use glam::Vec3;
 
 use crate::diagnostics::Code;
-use crate::image;
 use crate::ron::schema::{self, Paint};
-use crate::ron::values::{Either, Rgb, Spanned};
+use crate::ron::values::{Rgb, Spanned};
 use crate::session::Session;
 use crate::source::Span;
+
+use super::texture::{albedo, paint};
 
 /// A material.
 pub(crate) fn material(session: &mut Session, material: &Spanned<schema::Material>) -> Option<world::Material> {
@@ -310,40 +311,4 @@ fn index(
         Some(_) | None => own,
     };
     Some((ior, dispersion))
-}
-
-/// A color that should not pass 1.
-fn albedo(session: &mut Session, color: &Paint, field: &str, span: Span) -> Option<world::Color> {
-    let largest = match color {
-        Either::Plain(Rgb(color)) => color.max_element(),
-        Either::Choice(schema::Texture::Checker { a, b, .. }) => a.0.max(b.0).max_element(),
-        Either::Choice(schema::Texture::Gradient { from, to, .. }) => from.0.max(to.0).max_element(),
-        Either::Choice(schema::Texture::Image { .. }) => 0.0,
-    };
-    if largest > 1.0 {
-        let message = format!("`{field}` of {largest}: the surface sends back more light than it gets");
-        session.warning(Code::Albedo, span, message);
-    }
-    paint(session, color)
-}
-
-fn paint(session: &mut Session, paint: &Paint) -> Option<world::Color> {
-    let texture = match paint {
-        Either::Plain(color) => return Some(world::Color::Constant(color.0)),
-        Either::Choice(schema::Texture::Checker { a, b, size }) => {
-            parts::Texture::Checker { a: a.0, b: b.0, size: *size }
-        }
-        Either::Choice(schema::Texture::Gradient { from, to, axis }) => parts::Texture::Gradient {
-            from: from.0,
-            to: to.0,
-            axis: match axis {
-                schema::Axis::U {} => parts::Axis::U,
-                schema::Axis::V {} => parts::Axis::V,
-            },
-        },
-        Either::Choice(schema::Texture::Image { file, repeat }) => {
-            parts::Texture::Image { image: image::load(session, &file.value, file.span)?, repeat: *repeat }
-        }
-    };
-    Some(world::Color::Texture(texture))
 }

@@ -3,6 +3,7 @@
 
 mod material;
 mod place;
+mod texture;
 
 use std::sync::Arc;
 

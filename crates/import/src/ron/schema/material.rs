@@ -1,20 +1,18 @@
-//! Materials, and the textures in them.
+//! Materials.
 
 use std::sync::OnceLock;
 
+use super::texture::Paint;
 use super::{ABOVE_ZERO, ONE_OR_MORE, ZERO_OR_MORE};
 use crate::ron::decode::{Context, Decode, Fields, check_name, schema, variant};
 use crate::ron::info::{FieldInfo, Form, Kind, Range, TypeInfo, VariantInfo};
 use crate::ron::node::Node;
-use crate::ron::values::{Either, Rgb, Spanned};
+use crate::ron::values::{Rgb, Spanned};
 use crate::source::Span;
 
 const ZERO_TO_ONE: Range = Range { text: "0 to 1", admits: |x| (0.0..=1.0).contains(&x) };
 const BELOW_ONE: Range = Range { text: "0 or more, below 1", admits: |x| (0.0..1.0).contains(&x) };
 const FILM: Range = Range { text: "0 to 100000", admits: |x| (0.0..=1e5).contains(&x) };
-
-/// A color, or a texture in its place.
-pub(crate) type Paint = Either<Rgb, Texture>;
 
 schema! {
     /// What a surface does to light.
@@ -164,42 +162,5 @@ schema! {
         Schlick {},
         /// Schlick's approximation with the angle in the thinner medium. For dielectrics.
         SchlickThetaM {},
-    }
-
-    /// A color that varies over a surface.
-    choice Texture {
-        /// Squares in turn.
-        Checker {
-            /// Color of the square at the origin of the texture coordinates.
-            a: Rgb where ZERO_OR_MORE = "0.2" => "(0.1, 0.1, 0.3)",
-            /// Color of its neighbors.
-            b: Rgb where ZERO_OR_MORE = "0.8" => "\"#ffeecc\"",
-            /// Side of a square in texture coordinates; on a plane these are meters.
-            size: f32 where ABOVE_ZERO = "1" => "0.5",
-        },
-        /// From one color to another as a texture coordinate goes from 0 to 1.
-        Gradient {
-            /// Color at 0.
-            from: Rgb where ZERO_OR_MORE = "0" => "(0.1, 0.1, 0.3)",
-            /// Color at 1.
-            to: Rgb where ZERO_OR_MORE = "1" => "(0.9, 0.8, 0.6)",
-            /// Which coordinate.
-            axis: Axis = "V" => "U",
-        },
-        /// A picture file: PNG, JPEG, WebP, Radiance HDR or OpenEXR.
-        Image {
-            /// The file, seen from the folder of the scene file.
-            file: Spanned<String> => "\"wood.png\"",
-            /// Times the picture repeats over texture coordinates 0 to 1.
-            repeat: f32 where ABOVE_ZERO = "1" => "4",
-        },
-    }
-
-    /// A texture coordinate.
-    choice Axis {
-        /// The first.
-        U {},
-        /// The second.
-        V {},
     }
 }

@@ -9,8 +9,10 @@ use glam::{Vec2, Vec3};
 use crate::source::Span;
 
 mod material;
+mod texture;
 
-pub(crate) use material::{Axis, Dispersion, Film, Fresnel, Material, Paint, Sides, Texture};
+pub(crate) use material::{Dispersion, Film, Fresnel, Material, Sides};
+pub(crate) use texture::{Axis, Filter, Paint, Texture, UvSet, Wrap};
 
 use super::decode::{Context, Decode, Fields, check_name, schema, variant};
 use super::info::{FieldInfo, Form, Kind, Range, TypeInfo, VariantInfo};

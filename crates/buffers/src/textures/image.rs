@@ -1,0 +1,403 @@
+//! Pictures as a file holds them, and how they lie over a surface.
+
+use std::sync::Arc;
+
+use brewster_optics::color::linear_from_srgb16;
+use glam::{DVec4, Vec2, Vec3, Vec4};
+
+use super::bytes::{SRGB, UNIT};
+
+/// Pixels, row by row from the top. Many textures share one by an `Arc`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Image {
+    /// Pixels in a row, at least 1.
+    pub width: u32,
+    /// Rows, at least 1.
+    pub height: u32,
+    /// `width * height` pixels.
+    pub texels: Texels,
+}
+
+/// Pixels in the precision of the file that they are from: a picture of 4096 x 4096 bytes a channel takes 64 MiB.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Texels {
+    /// Red, green, blue and alpha; 255 is 1.
+    Bytes(Vec<[u8; 4]>),
+    /// Red, green, blue and alpha; 65535 is 1.
+    Words(Vec<[u16; 4]>),
+    /// Red, green and blue, always linear; alpha is 1.
+    Floats(Vec<[f32; 3]>),
+}
+
+/// What the bytes and words of a picture stand for. Alpha is linear in any case.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Encoding {
+    /// Colors by the curve of sRGB.
+    Srgb,
+    /// The values themselves: data.
+    Linear,
+}
+
+/// How a picture goes on beyond its edges.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Wrap {
+    /// From the beginning.
+    Repeat,
+    /// Backwards, then forwards again, and so on.
+    Mirror,
+    /// With the pixels at the edge.
+    Clamp,
+}
+
+/// What lies between the centers of pixels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Filter {
+    /// The nearest pixel.
+    Nearest,
+    /// A bilinear mean of the nearest four.
+    Linear,
+}
+
+/// A set of texture coordinates.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum UvSet {
+    /// The one that every shape has.
+    First,
+    /// The second one of a mesh, or the first where there is none.
+    Second,
+}
+
+/// An affine map of texture coordinates.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct UvTransform {
+    /// What u and v become: factors of u, of v, and of 1.
+    pub rows: [[f32; 3]; 2],
+}
+
+/// A picture over a surface; row 0 is at v = 1.
+#[derive(Clone, Debug)]
+pub struct ImageTexture {
+    /// The pixels.
+    pub image: Arc<Image>,
+    /// What they stand for.
+    pub encoding: Encoding,
+    /// What lies beyond the edges along u and v.
+    pub wrap: [Wrap; 2],
+    /// What lies between pixels.
+    pub filter: Filter,
+    /// The coordinates that it is looked up by.
+    pub uv_set: UvSet,
+    /// What is done to them first.
+    pub transform: UvTransform,
+}
+
+impl UvTransform {
+    /// Leaves coordinates as they are.
+    pub const IDENTITY: UvTransform = UvTransform::scale(1.0, 1.0);
+
+    /// Scales coordinates: the picture repeats as often.
+    pub const fn scale(u: f32, v: f32) -> UvTransform {
+        UvTransform { rows: [[u, 0.0, 0.0], [0.0, v, 0.0]] }
+    }
+
+    /// The mapped coordinates.
+    #[inline(always)]
+    pub fn apply(&self, uv: Vec2) -> Vec2 {
+        let [u, v] = self.rows.map(|[a, b, c]| uv.x * a + uv.y * b + c);
+        Vec2::new(u, v)
+    }
+}
+
+impl Texels {
+    /// How many there are.
+    pub fn len(&self) -> usize {
+        match self {
+            Texels::Bytes(texels) => texels.len(),
+            Texels::Words(texels) => texels.len(),
+            Texels::Floats(texels) => texels.len(),
+        }
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+}
+
+impl Image {
+    /// Whether there are pixels, and as many as width and height say.
+    pub fn is_sound(&self) -> bool {
+        let texels = self.width as usize * self.height as usize;
+        texels > 0 && self.texels.len() == texels
+    }
+
+    /// A pixel as linear color and alpha.
+    #[inline(always)]
+    pub fn texel(&self, index: usize, encoding: Encoding) -> Vec4 {
+        match &self.texels {
+            Texels::Bytes(texels) => {
+                let [r, g, b, a] = texels[index].map(usize::from);
+                let table = if encoding == Encoding::Srgb { &SRGB } else { &UNIT };
+                Vec4::new(table[r], table[g], table[b], UNIT[a])
+            }
+            Texels::Words(texels) => {
+                let [r, g, b, a] = texels[index];
+                let channel = |value| match encoding {
+                    Encoding::Srgb => linear_from_srgb16(value),
+                    Encoding::Linear => f32::from(value) / 65535.0,
+                };
+                Vec4::new(channel(r), channel(g), channel(b), f32::from(a) / 65535.0)
+            }
+            Texels::Floats(texels) => Vec3::from_array(texels[index]).extend(1.0),
+        }
+    }
+
+    /// Linear colors; empty if the pixels are bytes or words.
+    #[inline(always)]
+    pub fn floats(&self) -> &[[f32; 3]] {
+        match &self.texels {
+            Texels::Floats(texels) => texels,
+            _ => &[],
+        }
+    }
+
+    /// The same picture in linear colors, decoded from sRGB; itself if it is linear already.
+    pub fn to_floats(self: &Arc<Image>) -> Arc<Image> {
+        if let Texels::Floats(_) = self.texels {
+            return Arc::clone(self);
+        }
+        let texels = (0..self.texels.len()).map(|index| self.texel(index, Encoding::Srgb).truncate().to_array());
+        Arc::new(Image { width: self.width, height: self.height, texels: Texels::Floats(texels.collect()) })
+    }
+}
+
+/// Textures are equal if they show the same pixels of memory in the same way.
+impl PartialEq for ImageTexture {
+    fn eq(&self, other: &ImageTexture) -> bool {
+        let view = |texture: &ImageTexture| {
+            (texture.encoding, texture.wrap, texture.filter, texture.uv_set, texture.transform)
+        };
+        Arc::ptr_eq(&self.image, &other.image) && view(self) == view(other)
+    }
+}
+
+impl ImageTexture {
+    /// A picture of colors that lies once over coordinates 0 to 1 and repeats beyond them.
+    pub fn new(image: Arc<Image>) -> ImageTexture {
+        ImageTexture {
+            image,
+            encoding: Encoding::Srgb,
+            wrap: [Wrap::Repeat; 2],
+            filter: Filter::Linear,
+            uv_set: UvSet::First,
+            transform: UvTransform::IDENTITY,
+        }
+    }
+
+    /// Whether there is a picture and a finite transform.
+    pub fn is_sound(&self) -> bool {
+        self.image.is_sound() && self.transform.rows.as_flattened().iter().all(|number| number.is_finite())
+    }
+
+    /// Color and alpha at coordinates.
+    #[inline]
+    pub(super) fn evaluate(&self, uv: Vec2) -> Vec4 {
+        let uv = self.transform.apply(uv);
+        let (width, height) = (self.image.width, self.image.height);
+        let [wrap_u, wrap_v] = self.wrap;
+        let (x, y) = (wrap_u.within(uv.x), 1.0 - wrap_v.within(uv.y));
+        let texel = |x: usize, y: usize| self.image.texel(y * width as usize + x, self.encoding);
+        match self.filter {
+            Filter::Nearest => {
+                let index = |x: f32, size: u32, wrap: Wrap| wrap.index((x * size as f32).floor() as i64, size);
+                texel(index(x, width, wrap_u), index(y, height, wrap_v))
+            }
+            Filter::Linear => {
+                let place = |x: f32, size: u32, wrap: Wrap| {
+                    let x = x * size as f32 - 0.5;
+                    let low = x.floor();
+                    (wrap.index(low as i64, size), wrap.index((low + 1.0) as i64, size), x - low)
+                };
+                let (x0, x1, fx) = place(x, width, wrap_u);
+                let (y0, y1, fy) = place(y, height, wrap_v);
+                let top = texel(x0, y0) * (1.0 - fx) + texel(x1, y0) * fx;
+                let bottom = texel(x0, y1) * (1.0 - fx) + texel(x1, y1) * fx;
+                top * (1.0 - fy) + bottom * fy
+            }
+        }
+    }
+
+    /// The mean of all pixels.
+    pub(super) fn mean(&self) -> Vec4 {
+        let texels = (0..self.image.texels.len()).map(|index| self.image.texel(index, self.encoding));
+        let sum = texels.fold(DVec4::ZERO, |sum, texel| sum + texel.as_dvec4());
+        (sum / self.image.texels.len() as f64).as_vec4()
+    }
+}
+
+impl Wrap {
+    /// Brings a coordinate near to 0, where f32 is fine: into the period of the picture, rounded to its end just below it.
+    #[inline(always)]
+    fn within(self, x: f32) -> f32 {
+        match self {
+            Wrap::Repeat => x - x.floor(),
+            Wrap::Mirror => x - 2.0 * (x * 0.5).floor(),
+            Wrap::Clamp => x.clamp(0.0, 1.0),
+        }
+    }
+
+    /// The pixel, of `size` in a row, that stands at any place of the row that goes on beyond its ends.
+    #[inline(always)]
+    fn index(self, place: i64, size: u32) -> usize {
+        let size = i64::from(size);
+        let index = match self {
+            Wrap::Repeat => place.rem_euclid(size),
+            Wrap::Mirror => {
+                let place = place.rem_euclid(2 * size);
+                place.min(2 * size - 1 - place)
+            }
+            Wrap::Clamp => place.clamp(0, size - 1),
+        };
+        index as usize
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Red, green; blue, white.
+    fn two_by_two() -> Arc<Image> {
+        let pixels = vec![[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 1.0, 1.0]];
+        Arc::new(Image { width: 2, height: 2, texels: Texels::Floats(pixels) })
+    }
+
+    #[test]
+    fn an_image_has_its_first_row_at_the_top_and_repeats() {
+        let texture = ImageTexture::new(two_by_two());
+        for (u, v, expected) in [
+            (0.25, 0.75, [1.0, 0.0, 0.0]),
+            (0.75, 0.75, [0.0, 1.0, 0.0]),
+            (0.25, 0.25, [0.0, 0.0, 1.0]),
+            (0.5, 0.75, [0.5, 0.5, 0.0]),
+            (1.25, -0.25, [1.0, 0.0, 0.0]),
+            (0.0, 0.75, [0.5, 0.5, 0.0]),
+        ] {
+            assert_eq!(texture.evaluate(Vec2::new(u, v)).truncate().to_array(), expected, "({u}, {v})");
+        }
+    }
+
+    /// The picture at a place, by the definition in f64: pixel (i, j) has its center at u = (i + 1/2)/width, v = 1 - (j +
+    /// 1/2)/height; every pixel weighs by how near it is, none beyond one pixel.
+    fn by_definition(image: &Image, u: f64, v: f64) -> [f64; 3] {
+        let mut sum = [0.0; 3];
+        for (place, pixel) in image.floats().iter().enumerate() {
+            let (column, row) = (place % image.width as usize, place / image.width as usize);
+            let weight = |x: f64, center: usize, size: u32| {
+                let away = x * f64::from(size) - (center as f64 + 0.5);
+                // To the nearest of the pixel's repetitions and, in pictures of one pixel, to the next as well.
+                let nearest = away - (away / f64::from(size)).round() * f64::from(size);
+                let near = |away: f64| (1.0 - away.abs()).max(0.0);
+                let others = if size == 1 { near(nearest - 1.0) + near(nearest + 1.0) } else { 0.0 };
+                near(nearest) + others
+            };
+            let weight = weight(u, column, image.width) * weight(1.0 - v, row, image.height);
+            for (sum, &channel) in sum.iter_mut().zip(pixel) {
+                *sum += weight * f64::from(channel);
+            }
+        }
+        sum
+    }
+
+    #[test]
+    fn an_image_is_bilinear_and_repeats_at_its_edges_and_far_from_them() {
+        let places = [
+            0.0, 0.1, 0.25, 0.333, 0.5, 0.75, 0.99999994, 1.0, 1.0000001, 1e-40, 1e-30, 1e-9, 7.3, 1000.7, 65535.996,
+            3000000.3, 1e9, 3e12,
+        ];
+        let places = places.into_iter().flat_map(|x| [x, -x]);
+        for (width, height) in [(1, 1), (2, 2), (4, 3), (3, 1), (1, 5), (64, 7)] {
+            let pixel = |i: u32| [(i % 5) as f32, (i * 7 % 11) as f32 / 11.0, 1.2 - (i * 3 % 8) as f32 / 8.0];
+            let texels = Texels::Floats((0..width * height).map(pixel).collect());
+            let texture = ImageTexture::new(Arc::new(Image { width, height, texels }));
+            // u and 1 - v are rounded to 2^-24 of the picture's side, their products with the size to as much again; colors
+            // differ by at most 4 from pixel to pixel, and are weighted with four roundings.
+            let tolerance = 2f64.powi(-24) * 4.0 * f64::from(2 * width + 2 * height + 4);
+            for (u, v) in places.clone().flat_map(|u| places.clone().map(move |v| (u, v))) {
+                let found = texture.evaluate(Vec2::new(u, v)).truncate();
+                let expected = by_definition(&texture.image, f64::from(u), f64::from(v));
+                for (found, expected) in found.to_array().into_iter().zip(expected) {
+                    let error = (f64::from(found) - expected).abs();
+                    assert!(error < tolerance, "{width}x{height} at ({u}, {v}): {found} instead of {expected}");
+                }
+            }
+        }
+    }
+
+    /// Four pixels in a row, 0 to 3.
+    fn row(wrap: Wrap, filter: Filter) -> ImageTexture {
+        let texels = Texels::Floats((0..4).map(|i| [i as f32; 3]).collect());
+        let image = Arc::new(Image { width: 4, height: 1, texels });
+        ImageTexture { wrap: [wrap, Wrap::Repeat], filter, ..ImageTexture::new(image) }
+    }
+
+    #[test]
+    fn pictures_repeat_are_mirrored_or_end() {
+        let places = [-0.9, -0.4, -0.1, 0.1, 0.3, 0.6, 0.9, 1.1, 1.4, 1.9, 2.1, 2.6];
+        for (wrap, expected) in [
+            (Wrap::Repeat, [0.0, 2.0, 3.0, 0.0, 1.0, 2.0, 3.0, 0.0, 1.0, 3.0, 0.0, 2.0]),
+            (Wrap::Mirror, [3.0, 1.0, 0.0, 0.0, 1.0, 2.0, 3.0, 3.0, 2.0, 0.0, 0.0, 2.0]),
+            (Wrap::Clamp, [0.0, 0.0, 0.0, 0.0, 1.0, 2.0, 3.0, 3.0, 3.0, 3.0, 3.0, 3.0]),
+        ] {
+            let texture = row(wrap, Filter::Nearest);
+            let found = places.map(|u| texture.evaluate(Vec2::new(u, 0.5)).x);
+            assert_eq!(found, expected, "{wrap:?}");
+        }
+        // Halfway between the last pixel and what comes next; and the mirrored row, which changes little there.
+        for (wrap, at_the_end, beyond) in [(Wrap::Repeat, 1.5, 0.5), (Wrap::Mirror, 3.0, 2.5), (Wrap::Clamp, 3.0, 3.0)]
+        {
+            let texture = row(wrap, Filter::Linear);
+            let found = [1.0, 1.25].map(|u| texture.evaluate(Vec2::new(u, 0.5)).x);
+            assert_eq!(found, [at_the_end, beyond], "{wrap:?}");
+        }
+    }
+
+    #[test]
+    fn along_v_a_mirrored_picture_turns_at_whole_numbers_too() {
+        let image = two_by_two();
+        let mirrored = ImageTexture { wrap: [Wrap::Repeat, Wrap::Mirror], ..ImageTexture::new(image) };
+        let red = |v: f32| mirrored.evaluate(Vec2::new(0.25, v)).truncate().to_array() == [1.0, 0.0, 0.0];
+        for (v, expected) in [(0.75, true), (0.25, false), (1.25, true), (1.75, false), (-0.25, false), (-0.75, true)] {
+            assert_eq!(red(v), expected, "{v}");
+        }
+    }
+
+    #[test]
+    fn transforms_come_before_the_wrap() {
+        // A quarter turn and a shift: u' = v + 0.25, v' = 0.5 - u.
+        let transform = UvTransform { rows: [[0.0, 1.0, 0.25], [-1.0, 0.0, 0.5]] };
+        let turned = ImageTexture { transform, filter: Filter::Nearest, ..ImageTexture::new(two_by_two()) };
+        for (u, v, expected) in [
+            (0.75, 0.0, [1.0, 0.0, 0.0]),
+            (0.75, 0.5, [0.0, 1.0, 0.0]),
+            (0.25, 0.0, [0.0, 0.0, 1.0]),
+            (0.25, 0.5, [1.0, 1.0, 1.0]),
+        ] {
+            assert_eq!(turned.evaluate(Vec2::new(u, v)).truncate().to_array(), expected, "({u}, {v})");
+        }
+    }
+
+    #[test]
+    fn bytes_and_words_are_decoded_and_alpha_is_linear() {
+        let bytes = Image { width: 1, height: 1, texels: Texels::Bytes(vec![[0, 128, 255, 51]]) };
+        let words = Image { width: 1, height: 1, texels: Texels::Words(vec![[0, 32896, 65535, 13107]]) };
+        for image in [bytes, words] {
+            // 0x80 and 0x8080 are 128/255: 21.586 % by the curve of sRGB.
+            for (encoding, middle) in [(Encoding::Srgb, 0.215_861), (Encoding::Linear, 128.0 / 255.0)] {
+                let found = image.texel(0, encoding);
+                let expected = Vec4::new(0.0, middle, 1.0, 0.2);
+                assert!(found.abs_diff_eq(expected, 1e-6), "{encoding:?}: {found} instead of {expected}");
+            }
+        }
+    }
+}

@@ -1,0 +1,98 @@
+//! Textures: names of files into pixels, and how they lie.
+
+use brewster_lanes::math;
+use brewster_world::components as world;
+use brewster_world::components::parts::{self, Encoding, ImageTexture, UvTransform};
+use glam::{Vec2, Vec3};
+
+use crate::diagnostics::Code;
+use crate::image;
+use crate::ron::schema::{self, Paint, Texture};
+use crate::ron::values::{Either, Rgb};
+use crate::session::Session;
+use crate::source::Span;
+
+/// A color that should not pass 1.
+pub(super) fn albedo(session: &mut Session, color: &Paint, field: &str, span: Span) -> Option<world::Color> {
+    let largest = match color {
+        Either::Plain(Rgb(color)) => color.max_element(),
+        Either::Choice(Texture::Checker { a, b, .. }) => a.0.max(b.0).max_element(),
+        Either::Choice(Texture::Gradient { from, to, .. }) => from.0.max(to.0).max_element(),
+        Either::Choice(Texture::Image { factor, .. }) => factor.0.max_element(),
+    };
+    if largest > 1.0 {
+        let message = format!("`{field}` of {largest}: the surface sends back more light than it gets");
+        session.warning(Code::Albedo, span, message);
+    }
+    paint(session, color)
+}
+
+/// A color, or a texture of colors.
+pub(super) fn paint(session: &mut Session, paint: &Paint) -> Option<world::Color> {
+    match paint {
+        Either::Plain(color) => Some(world::Color::Constant(color.0)),
+        Either::Choice(texture) => match self::texture(session, texture, Encoding::Srgb)? {
+            (Vec3::ONE, texture) => Some(world::Color::Texture(texture)),
+            (factor, texture) => Some(world::Color::Tinted { factor, texture }),
+        },
+    }
+}
+
+/// A texture, and the factor of its colors.
+fn texture(session: &mut Session, texture: &Texture, encoding: Encoding) -> Option<(Vec3, parts::Texture)> {
+    match texture {
+        Texture::Checker { a, b, size } => Some((Vec3::ONE, parts::Texture::Checker { a: a.0, b: b.0, size: *size })),
+        Texture::Gradient { from, to, axis } => {
+            let axis = match axis {
+                schema::Axis::U {} => parts::Axis::U,
+                schema::Axis::V {} => parts::Axis::V,
+            };
+            Some((Vec3::ONE, parts::Texture::Gradient { from: from.0, to: to.0, axis }))
+        }
+        Texture::Image { file, factor, repeat, rotate, offset, transform, wrap_u, wrap_v, filter, uv_set } => {
+            let texture = ImageTexture {
+                image: image::load(session, &file.value, file.span)?,
+                encoding,
+                wrap: [wrap_u, wrap_v].map(wrap),
+                filter: match filter {
+                    schema::Filter::Nearest {} => parts::Filter::Nearest,
+                    schema::Filter::Linear {} => parts::Filter::Linear,
+                },
+                uv_set: match uv_set {
+                    schema::UvSet::First {} => parts::UvSet::First,
+                    schema::UvSet::Second {} => parts::UvSet::Second,
+                },
+                transform: transform.map_or_else(|| placed(*repeat, *rotate, *offset), |rows| UvTransform { rows }),
+            };
+            Some((factor.0, parts::Texture::Image(texture)))
+        }
+    }
+}
+
+fn wrap(wrap: &schema::Wrap) -> parts::Wrap {
+    match wrap {
+        schema::Wrap::Repeat {} => parts::Wrap::Repeat,
+        schema::Wrap::Mirror {} => parts::Wrap::Mirror,
+        schema::Wrap::Clamp {} => parts::Wrap::Clamp,
+    }
+}
+
+/// Scales, turns by degrees, and moves.
+fn placed(scale: f32, degrees: f32, offset: Vec2) -> UvTransform {
+    let (sin, cos) = math::sin_cos(degrees.to_radians());
+    let (sin, cos) = (scale * sin, scale * cos);
+    UvTransform { rows: [[cos, -sin, offset.x], [sin, cos, offset.y]] }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn coordinates_are_scaled_turned_and_moved() {
+        let place = placed(2.0, 90.0, Vec2::new(0.5, 0.25));
+        // (1, 0) is (2, 0) scaled, (0, 2) turned by a quarter.
+        assert!(place.apply(Vec2::X).abs_diff_eq(Vec2::new(0.5, 2.25), 1e-6), "{place:?}");
+        assert_eq!(placed(3.0, 0.0, Vec2::ZERO).apply(Vec2::new(0.3, 0.7)), Vec2::new(0.3 * 3.0, 0.7 * 3.0));
+    }
+}
