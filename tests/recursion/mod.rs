@@ -314,6 +314,7 @@ fn texture(texture: &Texture, uv: Vec2) -> DVec3 {
             let along = if *axis == brewster_buffers::Axis::U { uv.x } else { uv.y };
             from.as_dvec3().lerp(to.as_dvec3(), f64::from(along).clamp(0.0, 1.0))
         }
+        Texture::VertexColors => panic!("the lecture has no colors of vertices"),
         Texture::Image(picture) => {
             let image = &picture.image;
             let (width, height) = (f64::from(image.width), f64::from(image.height));

@@ -40,7 +40,7 @@ fn hills(cells: u32) -> TriangleMesh {
             [[a, b, c], [a, c, d]]
         })
         .collect();
-    TriangleMesh { positions, normals: Vec::new(), uvs: Vec::new(), triangles }
+    TriangleMesh { positions, triangles, ..Default::default() }
 }
 
 /// 2,000 instances of a mesh of 5,000 triangles.

@@ -36,10 +36,12 @@ pub use materials::{
 };
 pub use settings::{Integrator, PixelFilter, SamplerKind, Settings, ToneMapping};
 pub use textures::{
-    Axis, Channel, ColorSource, Encoding, Filter, Image, ImageTexture, ScalarSource, Texels, Texture, Textures, UvSet,
-    UvTransform, Wrap,
+    Axis, Channel, ColorSource, Coordinates, Encoding, Filter, Image, ImageTexture, ScalarSource, Texels, Texture,
+    Textures, UvTransform, Wrap,
 };
 pub use trees::Trees;
+
+pub use brewster_geometry::{SurfacePlace, UvSet};
 
 use brewster_geometry::{SceneGeometry, ShapeTable};
 use glam::Vec3;

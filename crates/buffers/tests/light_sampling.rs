@@ -121,8 +121,10 @@ fn met(scene: &SceneBuffers, origin: Vec3, direction: Vec3) -> (Vec3, f32) {
     }
     let point = surface(&scene.geometry(), &ray, &hit);
     let emissive = scene.materials.emissive.get(0);
+    let SurfacePoint { position, uv, .. } = point;
+    let place = SurfacePlace { instance: hit.instance, primitive: hit.primitive, position, uv };
     let shines = emissive.two_sided || point.geometric_normal.dot(direction) < 0.0;
-    let radiance = if shines { scene.textures.evaluate(emissive.radiance, point.uv) } else { Vec3::ZERO };
+    let radiance = if shines { scene.color(emissive.radiance, &place) } else { Vec3::ZERO };
     (radiance, scene.light_pdf(origin, hit.instance, hit.primitive, &point))
 }
 
@@ -344,7 +346,7 @@ fn triangles_are_drawn_where_their_texture_shines() {
     let mut expected = 0.0;
     for i in 0..steps * steps {
         let uv = (Vec2::new((i % steps) as f32, (i / steps) as f32) + 0.5) / steps as f32;
-        let radiance = scene.textures.evaluate(scene.materials.emissive.get(0).radiance, uv);
+        let radiance = scene.textures.rows[0].evaluate(&Coordinates::of(uv)).truncate();
         let to = at.transform_point3((uv * 2.0 - 1.0).extend(0.0)) - point;
         let area = 4.0 * Vec3::from(normal) / (steps * steps) as f32;
         expected += f64::from(radiance.element_sum() * area.dot(to).abs() / to.length().powi(3));

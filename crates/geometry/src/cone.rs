@@ -9,7 +9,7 @@ use crate::chord::{Chord, recentered};
 use crate::disk::disk_uv;
 use crate::sampling::Spread;
 use crate::shape::{Analytic, Crossing, LocalSurface, ShapeError, check_length};
-use crate::sphere::{around, turn};
+use crate::sphere::{around, turn, turn_gradient};
 
 /// A closed cone around the y axis: its base at -height/2, its apex at +height/2.
 ///
@@ -82,6 +82,16 @@ impl Analytic for Cone {
             normal,
             uv: Vec2::new(turn(around.x, around.y), along as f32),
         }
+    }
+
+    fn uv_gradients(&self, point: DVec3, face: u32) -> [DVec3; 2] {
+        if face == 1 {
+            return [DVec3::X, DVec3::Z].map(|axis| axis * (0.5 / f64::from(self.radius)));
+        }
+        let (radius, height) = (self.radius as f64, self.height as f64);
+        let outward = DVec2::new(point.x, point.z).normalize_or(DVec2::X);
+        let down = DVec3::new(outward.x * radius, -height, outward.y * radius);
+        [turn_gradient(point), down / down.length_squared()]
     }
 }
 

@@ -60,6 +60,16 @@ impl Analytic for Cuboid {
         };
         LocalSurface { point: at, normal, uv: Vec2::new((u * 0.5 + 0.5) as f32, (v * 0.5 + 0.5) as f32) }
     }
+
+    fn uv_gradients(&self, _point: DVec3, face: u32) -> [DVec3; 2] {
+        let sign = if face & 1 == 1 { 1.0 } else { -1.0 };
+        let along = match face / 2 {
+            0 => [DVec3::Z * -sign, DVec3::Y],
+            1 => [DVec3::X, DVec3::Z * -sign],
+            _ => [DVec3::X * sign, DVec3::Y],
+        };
+        along.map(|axis| axis * 0.5 / self.half.as_dvec3())
+    }
 }
 
 impl Spread for Cuboid {

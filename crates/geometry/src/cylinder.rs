@@ -9,7 +9,7 @@ use crate::chord::{Chord, recentered};
 use crate::disk::disk_uv;
 use crate::sampling::Spread;
 use crate::shape::{Analytic, Crossing, LocalSurface, ShapeError, check_length};
-use crate::sphere::{around, turn};
+use crate::sphere::{around, turn, turn_gradient};
 
 /// A closed cylinder around the origin and the y axis.
 ///
@@ -72,6 +72,14 @@ impl Analytic for Cylinder {
             point: DVec3::new(at.x, sign * half, at.y),
             normal: DVec3::Y * sign,
             uv: disk_uv(at, self.radius),
+        }
+    }
+
+    fn uv_gradients(&self, point: DVec3, face: u32) -> [DVec3; 2] {
+        if face == 0 {
+            [turn_gradient(point), DVec3::Y * (-1.0 / f64::from(self.height))]
+        } else {
+            [DVec3::X, DVec3::Z].map(|axis| axis * (0.5 / f64::from(self.radius)))
         }
     }
 }

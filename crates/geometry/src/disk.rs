@@ -52,6 +52,10 @@ impl Analytic for Disk {
         let point = point.truncate().extend(0.0);
         LocalSurface { point, normal: DVec3::Z, uv: disk_uv(point.truncate(), self.radius) }
     }
+
+    fn uv_gradients(&self, _point: DVec3, _face: u32) -> [DVec3; 2] {
+        [DVec3::X, DVec3::Y].map(|axis| axis * (0.5 / f64::from(self.radius)))
+    }
 }
 
 impl Spread for Disk {

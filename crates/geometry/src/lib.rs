@@ -41,6 +41,7 @@
 //! ```
 
 mod aabb;
+mod attributes;
 mod chord;
 mod cone;
 mod cuboid;
@@ -63,6 +64,7 @@ mod tree;
 mod triangle;
 
 pub use aabb::Aabb;
+pub use attributes::{SurfacePlace, UvSet};
 pub use cone::Cone;
 pub use cuboid::Cuboid;
 pub use cylinder::Cylinder;

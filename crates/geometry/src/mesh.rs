@@ -1,6 +1,6 @@
 //! Triangle meshes: shared vertices, checked once, never copied.
 
-use glam::{Vec2, Vec3};
+use glam::{Vec2, Vec3, Vec4};
 
 use crate::aabb::Aabb;
 use crate::shape::LARGEST_LENGTH;
@@ -14,6 +14,13 @@ pub struct TriangleMesh {
     pub normals: Vec<Vec3>,
     /// Texture coordinates of the vertices; may be empty.
     pub uvs: Vec<Vec2>,
+    /// Second texture coordinates of the vertices; may be empty.
+    pub second_uvs: Vec<Vec2>,
+    /// Colors of the vertices, linear, with alpha; may be empty.
+    pub colors: Vec<Vec4>,
+    /// Tangents of the vertices along which u grows, of any length but zero, and the side of the bitangent: it is the cross
+    /// product of normal and tangent times the sign of w. May be empty: then texture coordinates tell.
+    pub tangents: Vec<Vec4>,
     /// The three vertices of every triangle.
     pub triangles: Vec<[u32; 3]>,
 }
@@ -37,16 +44,16 @@ pub enum MeshError {
         /// The number of vertices.
         vertices: usize,
     },
-    /// A position, normal or texture coordinate is not finite, or a position is beyond 10¹⁵ m.
+    /// A number of a vertex is not finite, a position is beyond 10¹⁵ m, or a color below 0.
     BadNumber {
-        /// `positions`, `normals` or `uvs`.
+        /// The name of the field.
         column: &'static str,
         /// The vertex.
         vertex: usize,
     },
-    /// There are normals or texture coordinates, but not one for each vertex.
+    /// There are normals or texture coordinates or the like, but not one for each vertex.
     LengthsDiffer {
-        /// `normals` or `uvs`.
+        /// The name of the field.
         column: &'static str,
         /// How many it has.
         found: usize,
@@ -91,7 +98,14 @@ impl TriangleMesh {
         if count > MOST_TRIANGLES {
             return Err(MeshError::TooLarge { count });
         }
-        for (column, found) in [("normals", self.normals.len()), ("uvs", self.uvs.len())] {
+        let lengths = [
+            ("normals", self.normals.len()),
+            ("uvs", self.uvs.len()),
+            ("second_uvs", self.second_uvs.len()),
+            ("colors", self.colors.len()),
+            ("tangents", self.tangents.len()),
+        ];
+        for (column, found) in lengths {
             if found != 0 && found != vertices {
                 return Err(MeshError::LengthsDiffer { column, found, vertices });
             }
@@ -108,7 +122,10 @@ impl TriangleMesh {
         };
         bad("positions", self.positions.iter().position(|p| !in_range(p)))?;
         bad("normals", self.normals.iter().position(|n| !n.is_finite()))?;
-        bad("uvs", self.uvs.iter().position(|uv| !uv.is_finite()))
+        bad("uvs", self.uvs.iter().position(|uv| !uv.is_finite()))?;
+        bad("second_uvs", self.second_uvs.iter().position(|uv| !uv.is_finite()))?;
+        bad("colors", self.colors.iter().position(|color| !(color.is_finite() && color.min_element() >= 0.0)))?;
+        bad("tangents", self.tangents.iter().position(|tangent| !tangent.is_finite()))
     }
 
     /// The corners of a triangle.
@@ -199,6 +216,12 @@ mod tests {
             |m| m.uvs = vec![Vec2::new(0.0, f32::INFINITY); 4],
             Err(MeshError::BadNumber { column: "uvs", vertex: 0 }),
         );
+        check(
+            |m| m.second_uvs = vec![Vec2::ZERO; 5],
+            Err(MeshError::LengthsDiffer { column: "second_uvs", found: 5, vertices: 4 }),
+        );
+        check(|m| m.colors = vec![Vec4::NEG_X; 4], Err(MeshError::BadNumber { column: "colors", vertex: 0 }));
+        check(|m| m.tangents = vec![Vec4::NAN; 4], Err(MeshError::BadNumber { column: "tangents", vertex: 0 }));
     }
 
     #[test]

@@ -34,6 +34,10 @@ impl Analytic for Plane {
         let uv = Vec2::new(point.x as f32, point.z as f32);
         LocalSurface { point: DVec3::new(point.x, 0.0, point.z), normal: DVec3::Y, uv }
     }
+
+    fn uv_gradients(&self, _point: DVec3, _face: u32) -> [DVec3; 2] {
+        [DVec3::X, DVec3::Z]
+    }
 }
 
 #[cfg(test)]

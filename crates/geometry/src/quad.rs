@@ -42,6 +42,10 @@ impl Analytic for Quad {
         let at = point.truncate().clamp(-half, half);
         LocalSurface { point: at.extend(0.0), normal: DVec3::Z, uv: (at / half * 0.5 + 0.5).as_vec2() }
     }
+
+    fn uv_gradients(&self, _point: DVec3, _face: u32) -> [DVec3; 2] {
+        [DVec3::X * (0.5 / f64::from(self.half.x)), DVec3::Y * (0.5 / f64::from(self.half.y))]
+    }
 }
 
 impl Spread for Quad {

@@ -30,6 +30,9 @@ pub trait Analytic: Copy + PartialEq {
     /// neighbor.
     fn surface(&self, point: DVec3, face: u32, margin: DVec3) -> LocalSurface;
 
+    /// The gradients of both texture coordinates along the surface at a point on it; not finite where they have none.
+    fn uv_gradients(&self, point: DVec3, face: u32) -> [DVec3; 2];
+
     /// The nearest hit with t > 0 of a ray in object space.
     ///
     /// t is kept in the interval that the ray spends in the shape's box, grown by a bound on rounding:

@@ -52,6 +52,13 @@ impl Analytic for Sphere {
         let uv = Vec2::new(turn(normal.x, normal.z), v);
         LocalSurface { point: normal * self.radius as f64, normal, uv }
     }
+
+    fn uv_gradients(&self, point: DVec3, _face: u32) -> [DVec3; 2] {
+        let normal = point.normalize_or(DVec3::Y);
+        // The arccosine of y over the radius; y grows along the surface by what of its axis is not normal to it.
+        let up = DVec3::Y - normal * normal.y;
+        [turn_gradient(point), up.normalize() * (-1.0 / (PI * f64::from(self.radius)))]
+    }
 }
 
 impl Spread for Sphere {
@@ -76,6 +83,11 @@ pub(crate) fn around(part: f32) -> DVec2 {
 /// The angle of (x, y) in turns, plus a half: from 0 to 1.
 pub(crate) fn turn(x: f64, y: f64) -> f32 {
     (math::atan2(y as f32, x as f32) * (0.5 * std::f32::consts::FRAC_1_PI) + 0.5).clamp(0.0, 1.0)
+}
+
+/// The gradient of [`turn`] of x and z.
+pub(crate) fn turn_gradient(point: DVec3) -> DVec3 {
+    DVec3::new(-point.z, 0.0, point.x) / (f64::from(TAU) * (point.x * point.x + point.z * point.z))
 }
 
 #[cfg(test)]

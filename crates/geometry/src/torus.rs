@@ -10,7 +10,7 @@ use crate::aabb::Aabb;
 use crate::chord::recentered;
 use crate::sampling::Spread;
 use crate::shape::{Analytic, Crossing, LocalSurface, ShapeError, check_length};
-use crate::sphere::{around, turn};
+use crate::sphere::{around, turn, turn_gradient};
 
 /// A torus around the origin and the y axis.
 ///
@@ -78,6 +78,14 @@ impl Analytic for Torus {
             normal,
             uv: Vec2::new(turn(around.x, around.y), turn(across, point.y)),
         }
+    }
+
+    fn uv_gradients(&self, point: DVec3, _face: u32) -> [DVec3; 2] {
+        let (major, minor) = (self.major_radius as f64, self.minor_radius as f64);
+        let outward = DVec2::new(point.x, point.z).normalize_or(DVec2::X);
+        let across = DVec2::new(point.x, point.z).dot(outward) - major;
+        let around_tube = DVec3::Y * across - DVec3::new(outward.x, 0.0, outward.y) * point.y;
+        [turn_gradient(point), around_tube / (TAU * minor * minor)]
     }
 }
 

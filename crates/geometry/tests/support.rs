@@ -176,6 +176,7 @@ pub(crate) fn ball(depth: u32, radius: impl Fn(Vec3) -> f32) -> TriangleMesh {
         uvs: points.iter().map(|p| Vec2::new(p.x, p.y)).collect(),
         positions: points.iter().map(|&p| p * radius(p)).collect(),
         triangles: triangles.iter().map(|t| t.map(|v| v as u32)).collect(),
+        ..Default::default()
     }
 }
 

@@ -107,7 +107,7 @@ impl Gathered<'_> {
         let scene = self.scene;
         let mesh = &scene.shapes.meshes[row as usize];
         let has_texture = color.texture != TextureId::NONE;
-        let texture = has_texture.then(|| &scene.textures.rows[color.texture.0 as usize]);
+        let texture = has_texture.then(|| (&scene.textures.rows[color.texture.0 as usize], color.factor));
         let (earlier, meshes) = (&self.earlier, &mut self.emitters.meshes);
         *self.tables.entry((row, color.texture)).or_insert_with(|| {
             let mut earlier = earlier.get(&Arc::as_ptr(mesh)).into_iter().flatten();

@@ -5,10 +5,10 @@ use std::sync::Arc;
 use brewster_geometry::{Affine, TriangleMesh};
 use brewster_lanes::math;
 use brewster_optics::color::luminance;
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 
 use super::cone::Cone;
-use crate::{Distribution, Texture};
+use crate::{Coordinates, Distribution, Texture};
 
 /// How large a surface is, and where its normals point.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,7 +21,7 @@ pub(super) struct Extent {
 #[derive(Clone, Debug)]
 pub(super) struct MeshEmitter {
     pub(super) mesh: Arc<TriangleMesh>,
-    texture: Option<Texture>,
+    texture: Option<(Texture, Vec3)>,
     /// By area in object space and luminance.
     pub(super) triangles: Distribution,
     /// In object space.
@@ -33,7 +33,8 @@ pub(super) struct MeshEmitter {
 /// Meshes and images are equal if they are one in memory, and then so is what follows from them.
 impl PartialEq for MeshEmitter {
     fn eq(&self, other: &MeshEmitter) -> bool {
-        self.is_of(&other.mesh, other.texture.as_ref()) && self.luminance == other.luminance
+        let texture = other.texture.as_ref().map(|(texture, factor)| (texture, *factor));
+        self.is_of(&other.mesh, texture) && self.luminance == other.luminance
     }
 }
 
@@ -45,13 +46,16 @@ const EVERYWHERE: f64 = 0.1;
 
 impl MeshEmitter {
     /// A mesh that shines by a texture of some mean luminance, or by one color of that; none if no triangle has an area.
-    pub(super) fn new(mesh: &Arc<TriangleMesh>, texture: Option<&Texture>, mean: f64) -> Option<MeshEmitter> {
+    pub(super) fn new(mesh: &Arc<TriangleMesh>, texture: Option<(&Texture, Vec3)>, mean: f64) -> Option<MeshEmitter> {
         let place = |i: u32| (i as f32 + 0.5) / LOOKS as f32;
         let brightness = |triangle: usize| {
-            let Some(texture) = texture else { return mean };
+            let Some((texture, factor)) = texture else { return mean };
             let look = |i: u32| {
                 let place = [place(i % LOOKS), place(i / LOOKS)];
-                f64::from(luminance(texture.evaluate(mesh.sample_area(triangle, place).local.uv).truncate()))
+                let at = mesh.sample_area(triangle, place).local;
+                let uvs = [at.uv, mesh.second_uv(triangle, at.point).unwrap_or(at.uv)];
+                let coordinates = Coordinates { uvs, color: mesh.color(triangle, at.point) };
+                f64::from(luminance(factor * texture.evaluate(&coordinates).truncate()))
             };
             let seen: f64 = (0..LOOKS * LOOKS).map(look).sum::<f64>() / f64::from(LOOKS * LOOKS);
             EVERYWHERE * mean + (1.0 - EVERYWHERE) * seen
@@ -61,16 +65,17 @@ impl MeshEmitter {
         let extent = extent_of_mesh(mesh, &Affine::IDENTITY);
         Some(MeshEmitter {
             mesh: mesh.clone(),
-            texture: texture.cloned(),
+            texture: texture.map(|(texture, factor)| (texture.clone(), factor)),
             triangles: Distribution::new(&fluxes)?,
             extent,
             luminance: fluxes.iter().sum::<f64>() / extent.area,
         })
     }
 
-    /// Whether it is of this mesh and this texture.
-    pub(super) fn is_of(&self, mesh: &Arc<TriangleMesh>, texture: Option<&Texture>) -> bool {
-        self.texture.as_ref() == texture && Arc::ptr_eq(&self.mesh, mesh)
+    /// Whether it is of this mesh and this texture, times the same factor.
+    pub(super) fn is_of(&self, mesh: &Arc<TriangleMesh>, texture: Option<(&Texture, Vec3)>) -> bool {
+        let own = self.texture.as_ref().map(|(texture, factor)| (texture, *factor));
+        own == texture && Arc::ptr_eq(&self.mesh, mesh)
     }
 }
 

@@ -22,7 +22,9 @@ mod tree;
 
 use std::sync::Arc;
 
-use brewster_geometry::{Affine, AreaSample, ShapeKind, Spread, SurfacePoint, area_scale, offset_origin, seen_from};
+use brewster_geometry::{
+    Affine, AreaSample, ShapeKind, Spread, SurfacePlace, SurfacePoint, area_scale, offset_origin, seen_from,
+};
 use brewster_lanes::columns;
 use glam::Vec3;
 
@@ -188,14 +190,14 @@ impl SceneBuffers {
         let (to_world, to_object) = (&instances.object_to_world[instance], &instances.world_to_object[instance]);
         let (shape, two_sided) = (instances.shape[instance], rows.two_sided[row]);
         let seen = |drawn: &AreaSample| seen_from(point, to_world, to_object, drawn);
-        let (surface, direction, density) = match rows.placing[row] {
+        let (surface, primitive, direction, density) = match rows.placing[row] {
             Placing::Cone { radius } => {
                 debug_assert_eq!(shape.kind, ShapeKind::Sphere);
                 let sphere = PlacedSphere::new(to_world, radius);
                 let (direction, normal, density) = sphere.sample(point, two_sided, place)?;
                 let sphere = &self.shapes.spheres[shape.row as usize];
                 let surface = seen(&AreaSample::on(sphere, (to_object.vector(normal).as_dvec3(), 0)));
-                (surface, direction, density)
+                (surface, 0, direction, density)
             }
             Placing::Rectangle { area } => {
                 let quad = &self.shapes.quads[shape.row as usize];
@@ -203,12 +205,13 @@ impl SceneBuffers {
                 let place = rectangle.as_ref().map_or(place, |rectangle| rectangle.sample(place));
                 let surface = seen(&AreaSample::on(quad, quad.spread(place)));
                 let (direction, factor) = toward(point, to_world, &surface, two_sided)?;
-                (surface, direction, rectangle.map_or(factor / area, |rectangle| rectangle.pdf()))
+                (surface, 0, direction, rectangle.map_or(factor / area, |rectangle| rectangle.pdf()))
             }
             Placing::Area { area } => {
-                let surface = seen(&self.shapes.sample_area(shape, place)?);
+                let drawn = self.shapes.sample_area(shape, place)?;
+                let surface = seen(&drawn);
                 let (direction, factor) = toward(point, to_world, &surface, two_sided)?;
-                (surface, direction, factor / area)
+                (surface, drawn.primitive, direction, factor / area)
             }
             Placing::Triangles { mesh } => {
                 let triangle = self.emitters.meshes[mesh as usize].triangles.choose(place[0]);
@@ -216,10 +219,11 @@ impl SceneBuffers {
                 let surface = seen(&mesh.sample_area(triangle.index as usize, [triangle.rest, place[1]]));
                 let (direction, factor) = toward(point, to_world, &surface, two_sided)?;
                 let area = mesh.area(triangle.index as usize);
-                (surface, direction, factor / area * f64::from(triangle.probability))
+                (surface, triangle.index, direction, factor / area * f64::from(triangle.probability))
             }
         };
-        let radiance = self.textures.evaluate(rows.radiance[row], surface.uv);
+        let place = SurfacePlace { instance: instance as u32, primitive, position: surface.position, uv: surface.uv };
+        let radiance = self.color(rows.radiance[row], &place);
         let target = offset_origin(&surface, -direction);
         // So far that the ray's end is off the surface by twice its error.
         let to = surface.position - point;

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use brewster_geometry::UvSet;
 use brewster_optics::color::linear_from_srgb16;
 use glam::{DVec4, Vec2, Vec3, Vec4};
 
@@ -58,15 +59,6 @@ pub enum Filter {
     Linear,
 }
 
-/// A set of texture coordinates.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum UvSet {
-    /// The one that every shape has.
-    First,
-    /// The second one of a mesh, or the first where there is none.
-    Second,
-}
-
 /// An affine map of texture coordinates.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct UvTransform {
@@ -89,6 +81,8 @@ pub struct ImageTexture {
     pub uv_set: UvSet,
     /// What is done to them first.
     pub transform: UvTransform,
+    /// Whether the colors of a mesh's vertices multiply it.
+    pub vertex_colors: bool,
 }
 
 impl UvTransform {
@@ -175,7 +169,7 @@ impl Image {
 impl PartialEq for ImageTexture {
     fn eq(&self, other: &ImageTexture) -> bool {
         let view = |texture: &ImageTexture| {
-            (texture.encoding, texture.wrap, texture.filter, texture.uv_set, texture.transform)
+            (texture.encoding, texture.wrap, texture.filter, texture.uv_set, texture.transform, texture.vertex_colors)
         };
         Arc::ptr_eq(&self.image, &other.image) && view(self) == view(other)
     }
@@ -191,6 +185,7 @@ impl ImageTexture {
             filter: Filter::Linear,
             uv_set: UvSet::First,
             transform: UvTransform::IDENTITY,
+            vertex_colors: false,
         }
     }
 
@@ -199,9 +194,9 @@ impl ImageTexture {
         self.image.is_sound() && self.transform.rows.as_flattened().iter().all(|number| number.is_finite())
     }
 
-    /// Color and alpha at coordinates.
+    /// Color and alpha at coordinates of its set.
     #[inline]
-    pub(super) fn evaluate(&self, uv: Vec2) -> Vec4 {
+    pub(super) fn at(&self, uv: Vec2) -> Vec4 {
         let uv = self.transform.apply(uv);
         let (width, height) = (self.image.width, self.image.height);
         let [wrap_u, wrap_v] = self.wrap;
@@ -283,7 +278,7 @@ mod tests {
             (1.25, -0.25, [1.0, 0.0, 0.0]),
             (0.0, 0.75, [0.5, 0.5, 0.0]),
         ] {
-            assert_eq!(texture.evaluate(Vec2::new(u, v)).truncate().to_array(), expected, "({u}, {v})");
+            assert_eq!(texture.at(Vec2::new(u, v)).truncate().to_array(), expected, "({u}, {v})");
         }
     }
 
@@ -324,7 +319,7 @@ mod tests {
             // differ by at most 4 from pixel to pixel, and are weighted with four roundings.
             let tolerance = 2f64.powi(-24) * 4.0 * f64::from(2 * width + 2 * height + 4);
             for (u, v) in places.clone().flat_map(|u| places.clone().map(move |v| (u, v))) {
-                let found = texture.evaluate(Vec2::new(u, v)).truncate();
+                let found = texture.at(Vec2::new(u, v)).truncate();
                 let expected = by_definition(&texture.image, f64::from(u), f64::from(v));
                 for (found, expected) in found.to_array().into_iter().zip(expected) {
                     let error = (f64::from(found) - expected).abs();
@@ -350,14 +345,14 @@ mod tests {
             (Wrap::Clamp, [0.0, 0.0, 0.0, 0.0, 1.0, 2.0, 3.0, 3.0, 3.0, 3.0, 3.0, 3.0]),
         ] {
             let texture = row(wrap, Filter::Nearest);
-            let found = places.map(|u| texture.evaluate(Vec2::new(u, 0.5)).x);
+            let found = places.map(|u| texture.at(Vec2::new(u, 0.5)).x);
             assert_eq!(found, expected, "{wrap:?}");
         }
         // Halfway between the last pixel and what comes next; and the mirrored row, which changes little there.
         for (wrap, at_the_end, beyond) in [(Wrap::Repeat, 1.5, 0.5), (Wrap::Mirror, 3.0, 2.5), (Wrap::Clamp, 3.0, 3.0)]
         {
             let texture = row(wrap, Filter::Linear);
-            let found = [1.0, 1.25].map(|u| texture.evaluate(Vec2::new(u, 0.5)).x);
+            let found = [1.0, 1.25].map(|u| texture.at(Vec2::new(u, 0.5)).x);
             assert_eq!(found, [at_the_end, beyond], "{wrap:?}");
         }
     }
@@ -366,7 +361,7 @@ mod tests {
     fn along_v_a_mirrored_picture_turns_at_whole_numbers_too() {
         let image = two_by_two();
         let mirrored = ImageTexture { wrap: [Wrap::Repeat, Wrap::Mirror], ..ImageTexture::new(image) };
-        let red = |v: f32| mirrored.evaluate(Vec2::new(0.25, v)).truncate().to_array() == [1.0, 0.0, 0.0];
+        let red = |v: f32| mirrored.at(Vec2::new(0.25, v)).truncate().to_array() == [1.0, 0.0, 0.0];
         for (v, expected) in [(0.75, true), (0.25, false), (1.25, true), (1.75, false), (-0.25, false), (-0.75, true)] {
             assert_eq!(red(v), expected, "{v}");
         }
@@ -383,7 +378,7 @@ mod tests {
             (0.25, 0.0, [0.0, 0.0, 1.0]),
             (0.25, 0.5, [1.0, 1.0, 1.0]),
         ] {
-            assert_eq!(turned.evaluate(Vec2::new(u, v)).truncate().to_array(), expected, "({u}, {v})");
+            assert_eq!(turned.at(Vec2::new(u, v)).truncate().to_array(), expected, "({u}, {v})");
         }
     }
 

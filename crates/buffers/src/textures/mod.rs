@@ -3,11 +3,12 @@
 mod bytes;
 mod image;
 
-pub use image::{Encoding, Filter, Image, ImageTexture, Texels, UvSet, UvTransform, Wrap};
+pub use image::{Encoding, Filter, Image, ImageTexture, Texels, UvTransform, Wrap};
 
+use brewster_geometry::{SurfacePlace, UvSet};
 use glam::{Vec2, Vec3, Vec4};
 
-use crate::TextureId;
+use crate::{SceneBuffers, TextureId};
 
 /// A color, or a factor of the colors of a texture.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -89,6 +90,8 @@ pub enum Texture {
     },
     /// A picture.
     Image(ImageTexture),
+    /// The colors of a mesh's vertices; white on other shapes.
+    VertexColors,
 }
 
 /// A texture coordinate.
@@ -107,27 +110,63 @@ pub struct Textures {
     pub rows: Vec<Texture>,
 }
 
+/// What a texture can depend on at a place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Coordinates {
+    /// Texture coordinates of both sets.
+    pub uvs: [Vec2; 2],
+    /// The color of a mesh's vertices.
+    pub color: Vec4,
+}
+
+impl Coordinates {
+    /// The same coordinates in both sets, on a shape without colors.
+    #[inline(always)]
+    pub fn of(uv: Vec2) -> Coordinates {
+        Coordinates { uvs: [uv; 2], color: Vec4::ONE }
+    }
+}
+
+impl SceneBuffers {
+    /// The color of a source at a place.
+    #[inline(always)]
+    pub fn color(&self, source: ColorSource, place: &SurfacePlace) -> Vec3 {
+        if source.texture == TextureId::NONE {
+            source.factor
+        } else {
+            source.factor * self.texture(source.texture, place).truncate()
+        }
+    }
+
+    /// The number of a source at a place.
+    #[inline(always)]
+    pub fn number(&self, source: ScalarSource, place: &SurfacePlace) -> f32 {
+        if source.texture == TextureId::NONE {
+            source.factor
+        } else {
+            source.factor * self.texture(source.texture, place)[source.channel as usize]
+        }
+    }
+
+    /// Linear color and alpha of a texture at a place.
+    #[inline]
+    pub fn texture(&self, texture: TextureId, place: &SurfacePlace) -> Vec4 {
+        let texture = &self.textures.rows[texture.0 as usize];
+        if texture.asks_vertices() {
+            texture.evaluate(&self.coordinates(place))
+        } else {
+            texture.evaluate(&Coordinates::of(place.uv))
+        }
+    }
+
+    /// All that a texture can depend on.
+    pub fn coordinates(&self, place: &SurfacePlace) -> Coordinates {
+        let geometry = self.geometry();
+        Coordinates { uvs: [place.uv, geometry.uv(place, UvSet::Second)], color: geometry.vertex_color(place) }
+    }
+}
+
 impl Textures {
-    /// The color of a source at texture coordinates.
-    #[inline(always)]
-    pub fn evaluate(&self, source: ColorSource, uv: Vec2) -> Vec3 {
-        if source.texture == TextureId::NONE {
-            source.factor
-        } else {
-            source.factor * self.rows[source.texture.0 as usize].evaluate(uv).truncate()
-        }
-    }
-
-    /// The number of a source at texture coordinates.
-    #[inline(always)]
-    pub fn evaluate_scalar(&self, source: ScalarSource, uv: Vec2) -> f32 {
-        if source.texture == TextureId::NONE {
-            source.factor
-        } else {
-            source.factor * self.rows[source.texture.0 as usize].evaluate(uv)[source.channel as usize]
-        }
-    }
-
     /// The mean color of a source: of a texture, over all that it can show, each color as often as it is there. Looks at every
     /// pixel of a picture.
     pub fn mean(&self, source: ColorSource) -> Vec3 {
@@ -147,6 +186,7 @@ impl Texture {
             Texture::Checker { a, b, size } => is_color(a) && is_color(b) && *size > 0.0 && size.is_finite(),
             Texture::Gradient { from, to, .. } => is_color(from) && is_color(to),
             Texture::Image(texture) => texture.is_sound(),
+            Texture::VertexColors => true,
         }
     }
 
@@ -156,11 +196,23 @@ impl Texture {
             Texture::Checker { a, b, .. } => (*a * 0.5 + *b * 0.5).extend(1.0),
             Texture::Gradient { from, to, .. } => (*from * 0.5 + *to * 0.5).extend(1.0),
             Texture::Image(texture) => texture.mean(),
+            Texture::VertexColors => Vec4::ONE,
         }
     }
 
-    /// Linear color and alpha at texture coordinates.
-    pub fn evaluate(&self, uv: Vec2) -> Vec4 {
+    /// Whether it depends on more than the first texture coordinates.
+    #[inline(always)]
+    fn asks_vertices(&self) -> bool {
+        match self {
+            Texture::Checker { .. } | Texture::Gradient { .. } => false,
+            Texture::Image(image) => image.uv_set == UvSet::Second || image.vertex_colors,
+            Texture::VertexColors => true,
+        }
+    }
+
+    /// Linear color and alpha.
+    pub fn evaluate(&self, at: &Coordinates) -> Vec4 {
+        let uv = at.uvs[0];
         match self {
             Texture::Checker { a, b, size } => {
                 let square = (uv / *size).floor();
@@ -171,7 +223,11 @@ impl Texture {
                 let x = if *axis == Axis::U { uv.x } else { uv.y };
                 (*from + (*to - *from) * x.clamp(0.0, 1.0)).extend(1.0)
             }
-            Texture::Image(texture) => texture.evaluate(uv),
+            Texture::Image(texture) => {
+                let color = texture.at(at.uvs[texture.uv_set as usize]);
+                if texture.vertex_colors { color * at.color } else { color }
+            }
+            Texture::VertexColors => at.color,
         }
     }
 }
@@ -186,21 +242,48 @@ mod tests {
         for (u, v, expected) in
             [(0.1, 0.1, Vec3::X), (0.6, 0.1, Vec3::Y), (0.6, 0.6, Vec3::X), (-0.1, 0.1, Vec3::Y), (-0.1, -0.1, Vec3::X)]
         {
-            assert_eq!(checker.evaluate(Vec2::new(u, v)), expected.extend(1.0), "({u}, {v})");
+            assert_eq!(checker.evaluate(&Coordinates::of(Vec2::new(u, v))), expected.extend(1.0), "({u}, {v})");
         }
+    }
+
+    /// A texture of one pixel: half red, a quarter green, blue.
+    fn pixel() -> ImageTexture {
+        let texels = Texels::Bytes(vec![[51, 102, 255, 204]]);
+        let image = std::sync::Arc::new(Image { width: 1, height: 1, texels });
+        ImageTexture { encoding: Encoding::Linear, ..ImageTexture::new(image) }
     }
 
     #[test]
     fn factors_scale_colors_and_channels() {
-        let texel = Texels::Floats(vec![[0.5, 0.25, 2.0]]);
-        let picture = ImageTexture::new(std::sync::Arc::new(Image { width: 1, height: 1, texels: texel }));
-        let textures = Textures { rows: vec![Texture::Image(picture)] };
+        let scene =
+            SceneBuffers { textures: Textures { rows: vec![Texture::Image(pixel())] }, ..SceneBuffers::default() };
+        let place = SurfacePlace { instance: 0, primitive: 0, position: Vec3::ZERO, uv: Vec2::ZERO };
         let texture = TextureId(0);
         let color = ColorSource { factor: Vec3::new(1.0, 2.0, 0.5), texture };
-        assert_eq!(textures.evaluate(color, Vec2::ZERO), Vec3::new(0.5, 0.5, 1.0));
-        assert_eq!(textures.mean(color), Vec3::new(0.5, 0.5, 1.0));
-        let number = |channel| textures.evaluate_scalar(ScalarSource { factor: 3.0, texture, channel }, Vec2::ZERO);
-        assert_eq!([Channel::R, Channel::G, Channel::B, Channel::A].map(number), [1.5, 0.75, 6.0, 3.0]);
-        assert_eq!(textures.evaluate_scalar(ScalarSource::constant(0.5), Vec2::ONE), 0.5);
+        assert_eq!(scene.color(color, &place), Vec3::new(0.2, 0.8, 0.5));
+        assert_eq!(scene.textures.mean(color), Vec3::new(0.2, 0.8, 0.5));
+        let number = |channel| scene.number(ScalarSource { factor: 2.0, texture, channel }, &place);
+        assert_eq!([Channel::R, Channel::G, Channel::B, Channel::A].map(number), [0.4, 0.8, 2.0, 1.6]);
+        assert_eq!(scene.number(ScalarSource::constant(0.5), &place), 0.5);
+    }
+
+    #[test]
+    fn pictures_take_the_set_and_the_colors_that_they_ask_for() {
+        let at =
+            Coordinates { uvs: [Vec2::new(0.5, 0.25), Vec2::new(0.5, 0.75)], color: Vec4::new(0.5, 1.0, 0.0, 0.25) };
+        let texels = Texels::Bytes(vec![[255; 4], [0, 0, 0, 255]]);
+        let image = std::sync::Arc::new(Image { width: 1, height: 2, texels });
+        // The black row is below: at v from 0 to 1/2.
+        let column = ImageTexture { filter: Filter::Nearest, ..ImageTexture::new(image) };
+        for (uv_set, vertex_colors, expected) in [
+            (UvSet::First, false, Vec4::W),
+            (UvSet::Second, false, Vec4::ONE),
+            (UvSet::Second, true, at.color),
+            (UvSet::First, true, Vec4::W * 0.25),
+        ] {
+            let texture = Texture::Image(ImageTexture { uv_set, vertex_colors, ..column.clone() });
+            assert_eq!(texture.evaluate(&at), expected, "{uv_set:?} {vertex_colors}");
+        }
+        assert_eq!(Texture::VertexColors.evaluate(&at), at.color);
     }
 }

@@ -146,7 +146,7 @@ impl File {
         let (has_uvs, has_normals) = (has(1), has(2));
         if !has_uvs && !has_normals {
             let triangles = self.corners.chunks_exact(3).map(|c| [c[0][0], c[1][0], c[2][0]]).collect();
-            return Ok(TriangleMesh { positions: self.positions, normals: vec![], uvs: vec![], triangles });
+            return Ok(TriangleMesh { positions: self.positions, triangles, ..Default::default() });
         }
         let mut mesh = TriangleMesh::default();
         let mut rows: HashMap<Corner, u32> = HashMap::new();

@@ -258,6 +258,7 @@ macro_rules! schema {
         $($rest:tt)*
     ) => {
         $(#[doc = $doc])+
+        #[allow(clippy::large_enum_variant, reason = "variants are as the manual has them, and there are few values")]
         #[derive(Clone, Debug)]
         pub(crate) enum $name {
             $($(#[doc = $variant_doc])+ $variant { $($(#[doc = $field_doc])+ $field: $type,)* },)+

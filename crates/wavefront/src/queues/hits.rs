@@ -2,7 +2,7 @@
 
 use std::marker::PhantomData;
 
-use brewster_geometry::SurfacePoint;
+use brewster_geometry::{SurfacePlace, SurfacePoint};
 use brewster_lanes::columns;
 use glam::Vec3;
 
@@ -33,6 +33,15 @@ columns! {
         pub media: MediaId,
         /// Where it goes on from.
         pub origin: Vec3,
+    }
+}
+
+impl SurfaceHit {
+    /// Where textures are looked up.
+    #[inline(always)]
+    pub fn place(&self) -> SurfacePlace {
+        let SurfacePoint { position, uv, .. } = self.point;
+        SurfacePlace { instance: self.instance, primitive: self.primitive, position, uv }
     }
 }
 

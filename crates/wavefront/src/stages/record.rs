@@ -41,7 +41,7 @@ pub fn record(
 fn albedo(context: &Context<'_>, material: u32, hit: &SurfaceHit) -> Vec3 {
     let scene = context.scene;
     let row = hit.material as usize;
-    let color = |source| scene.textures.evaluate(source, hit.point.uv);
+    let color = |source| scene.color(source, &hit.place());
     match scene.materials.rows.view().kind[material as usize] {
         MaterialKind::Phong => color(scene.materials.phong.view().diffuse[row]),
         MaterialKind::Lambert => color(scene.materials.lambert.view().albedo[row]),

@@ -11,7 +11,7 @@ use brewster_lanes::math;
 use brewster_world::components as world;
 use brewster_world::components::parts;
 use brewster_world::components::parts::TriangleMesh;
-use glam::{Affine3A, Mat3, UVec2};
+use glam::{Affine3A, Mat3, UVec2, Vec4};
 
 use crate::diagnostics::Code;
 use crate::session::Session;
@@ -225,10 +225,14 @@ pub(crate) fn shape(session: &mut Session, shape: &Spanned<schema::Shape>) -> Op
 }
 
 fn triangles(session: &mut Session, shape: &Spanned<schema::Shape>) -> Option<Arc<TriangleMesh>> {
-    let schema::Shape::Mesh { file, positions, triangles, normals, uvs } = &shape.value else { return None };
+    let schema::Shape::Mesh { file, positions, triangles, normals, uvs, second_uvs, colors, tangents } = &shape.value
+    else {
+        return None;
+    };
     let expected = "`file`, or `positions` and `triangles`";
     if let Some(file) = file {
-        if positions.is_some() || triangles.is_some() || normals.is_some() || uvs.is_some() {
+        let is_in_place = positions.is_some() || triangles.is_some() || normals.is_some();
+        if is_in_place || uvs.is_some() || second_uvs.is_some() || colors.is_some() || tangents.is_some() {
             let error = session.sources.error(Code::Conflict, shape.span, "a mesh from a file and in place at once");
             session.found.push(error.expected(expected));
             return None;
@@ -240,10 +244,17 @@ fn triangles(session: &mut Session, shape: &Spanned<schema::Shape>) -> Option<Ar
         session.found.push(error.expected(expected));
         return None;
     };
+    let fours = |column: &Option<Spanned<Vec<[f32; 4]>>>| match column {
+        Some(column) => column.value.iter().copied().map(Vec4::from_array).collect(),
+        None => Vec::new(),
+    };
     let mesh = TriangleMesh {
         positions: positions.value.clone(),
         normals: normals.as_ref().map_or_else(Vec::new, |normals| normals.value.clone()),
         uvs: uvs.as_ref().map_or_else(Vec::new, |uvs| uvs.value.clone()),
+        second_uvs: second_uvs.as_ref().map_or_else(Vec::new, |uvs| uvs.value.clone()),
+        colors: fours(colors),
+        tangents: fours(tangents),
         triangles: triangles.value.clone(),
     };
     mesh::check(session, &mesh, shape.span).then(|| Arc::new(mesh))

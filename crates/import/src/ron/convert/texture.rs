@@ -19,6 +19,7 @@ pub(super) fn albedo(session: &mut Session, color: &Paint, field: &str, span: Sp
         Either::Choice(Texture::Checker { a, b, .. }) => a.0.max(b.0).max_element(),
         Either::Choice(Texture::Gradient { from, to, .. }) => from.0.max(to.0).max_element(),
         Either::Choice(Texture::Image { factor, .. }) => factor.0.max_element(),
+        Either::Choice(Texture::VertexColors {}) => 1.0,
     };
     if largest > 1.0 {
         let message = format!("`{field}` of {largest}: the surface sends back more light than it gets");
@@ -49,7 +50,19 @@ fn texture(session: &mut Session, texture: &Texture, encoding: Encoding) -> Opti
             };
             Some((Vec3::ONE, parts::Texture::Gradient { from: from.0, to: to.0, axis }))
         }
-        Texture::Image { file, factor, repeat, rotate, offset, transform, wrap_u, wrap_v, filter, uv_set } => {
+        Texture::Image {
+            file,
+            factor,
+            repeat,
+            rotate,
+            offset,
+            transform,
+            wrap_u,
+            wrap_v,
+            filter,
+            uv_set,
+            vertex_colors,
+        } => {
             let texture = ImageTexture {
                 image: image::load(session, &file.value, file.span)?,
                 encoding,
@@ -63,9 +76,11 @@ fn texture(session: &mut Session, texture: &Texture, encoding: Encoding) -> Opti
                     schema::UvSet::Second {} => parts::UvSet::Second,
                 },
                 transform: transform.map_or_else(|| placed(*repeat, *rotate, *offset), |rows| UvTransform { rows }),
+                vertex_colors: *vertex_colors,
             };
             Some((factor.0, parts::Texture::Image(texture)))
         }
+        Texture::VertexColors {} => Some((Vec3::ONE, parts::Texture::VertexColors)),
     }
 }
 

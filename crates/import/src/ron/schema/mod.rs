@@ -268,6 +268,13 @@ schema! {
             normals: Option<Spanned<Vec<Vec3>>> => "[(0, 0, 1), (0, 0, 1), (0, 0, 1)]",
             /// Texture coordinates for each vertex.
             uvs: Option<Spanned<Vec<Vec2>>> => "[(0, 0), (1, 0), (0, 1)]",
+            /// Second texture coordinates for each vertex.
+            second_uvs: Option<Spanned<Vec<Vec2>>> => "[(0, 0), (1, 0), (0, 1)]",
+            /// A color for each vertex, for textures that ask for it: linear red, green, blue, and alpha.
+            colors: Option<Spanned<Vec<[f32; 4]>>> where ZERO_OR_MORE => "[(1, 0, 0, 1), (0, 1, 0, 1), (0, 0, 1, 1)]",
+            /// A tangent for each vertex, the direction in which u grows, and the sign of the side on which v does: 1 where that is the
+            /// cross product of normal and tangent, or -1. Without them texture coordinates tell.
+            tangents: Option<Spanned<Vec<[f32; 4]>>> => "[(1, 0, 0, 1), (1, 0, 0, 1), (1, 0, 0, 1)]",
         },
     }
 

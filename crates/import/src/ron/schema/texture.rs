@@ -56,7 +56,11 @@ schema! {
             filter: Filter = "Linear" => "Nearest",
             /// The texture coordinates that it is placed by.
             uv_set: UvSet = "First" => "Second",
+            /// Whether the colors of a mesh's vertices multiply it.
+            vertex_colors: bool = "false" => "true",
         },
+        /// The colors of a mesh's vertices; white on other shapes.
+        VertexColors {},
     }
 
     /// What lies beyond the edges of a picture.

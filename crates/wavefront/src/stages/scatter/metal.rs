@@ -48,7 +48,7 @@ impl Scatter for OnMetal {
     fn surface(context: &Context<'_>, hit: &SurfaceHit, sides: &Sides) -> Conductor {
         let scene = context.scene;
         let material = scene.materials.metal.get(hit.material as usize);
-        let r0 = scene.textures.evaluate(material.r0, hit.point.uv);
+        let r0 = scene.color(material.r0, &hit.place());
         Conductor {
             facets: Ggx::isotropic(material.alpha),
             film: material.film,

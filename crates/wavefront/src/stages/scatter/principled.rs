@@ -17,19 +17,19 @@ impl Scatter for OnPrincipled {
 
     #[inline(always)]
     fn surface(context: &Context<'_>, hit: &SurfaceHit, _: &Sides) -> Principled {
-        let (materials, textures) = (context.scene.materials.principled.view(), &context.scene.textures);
-        let (row, uv) = (hit.material as usize, hit.point.uv);
+        let (scene, materials) = (context.scene, context.scene.materials.principled.view());
+        let (row, place) = (hit.material as usize, &hit.place());
         Principled::new(&Parameters {
-            base_color: textures.evaluate(materials.base_color[row], uv).min(Vec3::ONE),
-            metallic: textures.evaluate_scalar(materials.metallic[row], uv),
-            facets: Ggx::from_roughness(textures.evaluate_scalar(materials.roughness[row], uv)),
+            base_color: scene.color(materials.base_color[row], place).min(Vec3::ONE),
+            metallic: scene.number(materials.metallic[row], place),
+            facets: Ggx::from_roughness(scene.number(materials.roughness[row], place)),
             ior: materials.ior[row],
-            specular: textures.evaluate_scalar(materials.specular[row], uv),
-            specular_color: textures.evaluate(materials.specular_color[row], uv),
-            clearcoat: textures.evaluate_scalar(materials.clearcoat[row], uv),
-            clearcoat_facets: Ggx::from_roughness(textures.evaluate_scalar(materials.clearcoat_roughness[row], uv)),
-            sheen_color: textures.evaluate(materials.sheen_color[row], uv).min(Vec3::ONE),
-            sheen_alpha: Ggx::from_roughness(textures.evaluate_scalar(materials.sheen_roughness[row], uv)).mean_alpha(),
+            specular: scene.number(materials.specular[row], place),
+            specular_color: scene.color(materials.specular_color[row], place),
+            clearcoat: scene.number(materials.clearcoat[row], place),
+            clearcoat_facets: Ggx::from_roughness(scene.number(materials.clearcoat_roughness[row], place)),
+            sheen_color: scene.color(materials.sheen_color[row], place).min(Vec3::ONE),
+            sheen_alpha: Ggx::from_roughness(scene.number(materials.sheen_roughness[row], place)).mean_alpha(),
         })
     }
 

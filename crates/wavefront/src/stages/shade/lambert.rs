@@ -22,7 +22,7 @@ pub fn shade_lambert(
         let ray = rays.get(hit.ray as usize);
         let material = scene.materials.lambert.get(hit.material as usize);
         let (geometric, normal) = facing_normals(&hit, ray.ray().direction);
-        let diffuse = lambert::brdf(scene.textures.evaluate(material.albedo, hit.point.uv));
+        let diffuse = lambert::brdf(scene.color(material.albedo, &hit.place()));
         for index in 0..scene.lights.len() {
             let light = scene.lights.get(index);
             let seen = light.illuminate(hit.point.position);

@@ -29,7 +29,7 @@ pub fn shade_phong(
         let direction = ray.ray().direction;
         let (geometric, normal) = facing_normals(&hit, direction);
         let mirror = mirror(direction, normal);
-        let color = |source| scene.textures.evaluate(source, hit.point.uv);
+        let color = |source| scene.color(source, &hit.place());
         let (diffuse, specular) = (lambert::brdf(color(material.diffuse)), color(material.specular));
 
         let ambient = ray.weight * color(material.ambient) * scene.ambient;
