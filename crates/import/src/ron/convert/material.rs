@@ -12,6 +12,7 @@ use crate::ron::values::{Rgb, Spanned};
 use crate::session::Session;
 use crate::source::Span;
 
+use super::principled::principled;
 use super::texture::{albedo, paint};
 
 /// A material.
@@ -61,6 +62,9 @@ pub(crate) fn material(session: &mut Session, material: &Spanned<schema::Materia
             }
         }
         dielectric @ schema::Material::Dielectric { .. } => self::dielectric(session, dielectric, span)?,
+        principled @ schema::Material::Principled { .. } => {
+            world::Material::Principled(Box::new(self::principled(session, principled, span)?))
+        }
         schema::Material::Emissive { radiance, sides } => world::Material::Emissive {
             radiance: paint(session, radiance)?,
             two_sided: matches!(sides, schema::Sides::Both {}),

@@ -3,6 +3,7 @@
 
 mod material;
 mod place;
+mod principled;
 mod texture;
 
 use std::sync::Arc;

@@ -7,7 +7,7 @@ use glam::{Vec2, Vec3};
 
 use crate::diagnostics::Code;
 use crate::image;
-use crate::ron::schema::{self, Paint, Texture};
+use crate::ron::schema::{self, Number, Paint, Texture};
 use crate::ron::values::{Either, Rgb};
 use crate::session::Session;
 use crate::source::Span;
@@ -37,6 +37,42 @@ pub(super) fn paint(session: &mut Session, paint: &Paint) -> Option<world::Color
             (factor, texture) => Some(world::Color::Tinted { factor, texture }),
         },
     }
+}
+
+/// A number from 0 to 1, or a texture of such.
+pub(super) fn part(session: &mut Session, number: &Number) -> Option<world::Scalar> {
+    match number {
+        Either::Choice(map) if map.factor > 1.0 => {
+            session.error(Code::Range, map.span, format!("a factor of {}: the number must be 0 to 1", map.factor));
+            None
+        }
+        _ => self::number(session, number),
+    }
+}
+
+/// A number, or a texture of numbers.
+pub(super) fn number(session: &mut Session, number: &Number) -> Option<world::Scalar> {
+    let map = match number {
+        Either::Plain(number) => return Some(world::Scalar::constant(*number)),
+        Either::Choice(map) => map,
+    };
+    let channel = match map.channel {
+        schema::Channel::R {} => parts::Channel::R,
+        schema::Channel::G {} => parts::Channel::G,
+        schema::Channel::B {} => parts::Channel::B,
+        schema::Channel::A {} => parts::Channel::A,
+    };
+    let (factor, texture) = self::texture(session, &map.texture, Encoding::Linear)?;
+    let of_channel = match map.channel {
+        schema::Channel::A {} => 1.0,
+        _ => factor[channel as usize],
+    };
+    Some(world::Scalar { factor: map.factor * of_channel, texture: Some((texture, channel)) })
+}
+
+/// A texture of numbers in several channels.
+pub(super) fn data(session: &mut Session, texture: &Texture) -> Option<parts::Texture> {
+    Some(self::texture(session, texture, Encoding::Linear)?.1)
 }
 
 /// A texture, and the factor of its colors.

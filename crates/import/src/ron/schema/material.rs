@@ -2,7 +2,7 @@
 
 use std::sync::OnceLock;
 
-use super::texture::Paint;
+use super::texture::{Number, Paint, Texture};
 use super::{ABOVE_ZERO, ONE_OR_MORE, ZERO_OR_MORE};
 use crate::ron::decode::{Context, Decode, Fields, check_name, schema, variant};
 use crate::ron::info::{FieldInfo, Form, Kind, Range, TypeInfo, VariantInfo};
@@ -100,6 +100,45 @@ schema! {
             /// Where solids overlap the highest counts; at equal priority the one entered last.
             priority: i32 = "0" => "1",
         },
+        /// glTF's metallic-roughness material with its extensions, each field as glTF has it; the defaults are those of a
+        /// half rough plastic. For `Path`.
+        Principled {
+            /// Color of a dielectric's inside and of what it transmits, or of a metal's reflection.
+            base_color: Paint where ZERO_TO_ONE = "0.8" => "\"#c04020\"",
+            /// How much of it is metal.
+            metallic: Number where ZERO_TO_ONE = "0" => "1",
+            /// How rough it is; the square of it is the GGX width.
+            roughness: Number where ZERO_TO_ONE = "0.5" => "Map(texture: Image(file: \"wood.png\"), channel: G)",
+            /// A dielectric's index of refraction.
+            ior: f32 where ONE_OR_MORE = "1.5" => "1.33",
+            /// Weight of a dielectric's reflection.
+            specular: Number where ZERO_TO_ONE = "1" => "0.5",
+            /// Tint of a dielectric's reflection along the normal.
+            specular_color: Paint where ZERO_OR_MORE = "1" => "(1, 0.9, 0.8)",
+            /// Weight of a clear coat of varnish over all.
+            clearcoat: Number where ZERO_TO_ONE = "0" => "1",
+            /// How rough the coat is.
+            clearcoat_roughness: Number where ZERO_TO_ONE = "0" => "0.2",
+            /// Color of the sheen of cloth.
+            sheen_color: Paint where ZERO_TO_ONE = "0" => "(0.3, 0.1, 0.4)",
+            /// How rough the sheen is: rougher is broader.
+            sheen_roughness: Number where ZERO_TO_ONE = "0.5" => "0.3",
+            /// Roughness that is greater along one direction, as brushed metal's is across the strokes.
+            anisotropy: Option<Anisotropy> => "(strength: 0.7)",
+            /// How much of a dielectric is glass.
+            transmission: Number where ZERO_TO_ONE = "0" => "1",
+            /// How much of a dielectric's diffuse light comes out on the other side.
+            diffuse_transmission: Number where ZERO_TO_ONE = "0" => "0.5",
+            /// Color of that light.
+            diffuse_transmission_color: Paint where ZERO_TO_ONE = "1" => "(0.6, 0.8, 0.2)",
+            /// What is inside of a closed shape that lets light through. Without it the surface is a sheet, and light goes straight
+            /// on.
+            volume: Option<Volume> => "(color: (0.5, 0.9, 0.6), distance: 0.1)",
+            /// A film that shows the colors of interference.
+            iridescence: Option<Iridescence> => "(thickness: 500)",
+            /// Light of its own, from both sides.
+            emission: Paint as "nit" where ZERO_OR_MORE = "0" => "(5, 4, 3)",
+        },
         /// A surface that sends out light and reflects none. With `Whitted` it is seen and lights nothing.
         Emissive {
             /// The light.
@@ -107,6 +146,40 @@ schema! {
             /// Which sides shine.
             sides: Sides = "Both" => "Front",
         },
+    }
+
+    /// Roughness that depends on the direction.
+    record Anisotropy {
+        /// How much greater it is along the direction than across it.
+        strength: f32 where ZERO_TO_ONE => "0.7",
+        /// The direction, counterclockwise from that in which the first texture coordinate grows.
+        rotation: f32 as "degrees" = "0" => "90",
+        /// Red and green: the direction, from -1 to 1 stored as 0 to 1; blue: a factor of `strength`.
+        texture: Option<Texture> => "Image(file: \"brushed.png\")",
+    }
+
+    /// What fills a closed shape.
+    record Volume {
+        /// What is left of white light after `distance`.
+        color: Rgb where ZERO_TO_ONE = "1" => "(0.5, 0.9, 0.6)",
+        /// The distance.
+        distance: f32 as "m" where ABOVE_ZERO = "1" => "0.1",
+        /// Abbe's number, which says how much colors fan out: the smaller, the more.
+        abbe: Option<f32> where ABOVE_ZERO => "30",
+        /// Where solids overlap the highest counts; at equal priority the one entered last.
+        priority: i32 = "0" => "1",
+    }
+
+    /// A film of transparent matter on a principled surface.
+    record Iridescence {
+        /// How much of the surface it covers.
+        factor: Number where ZERO_TO_ONE = "1" => "0.5",
+        /// Index of refraction.
+        ior: f32 where ONE_OR_MORE = "1.3" => "1.33",
+        /// Thickness.
+        thickness: Number as "nm" where FILM = "400" => "500",
+        /// Where the texture of `thickness` is 0.
+        thinnest: f32 as "nm" where FILM = "0" => "100",
     }
 
     /// A film of transparent matter: soap, oil, the oxide on tempered steel. Light that is reflected at both of its sides adds up as

@@ -5,15 +5,41 @@ use std::sync::OnceLock;
 use glam::Vec2;
 
 use super::{ABOVE_ZERO, ZERO_OR_MORE};
-use crate::ron::decode::{Context, Decode, Fields, schema, variant};
+use crate::ron::decode::{Context, Decode, Fields, check_name, schema, variant};
 use crate::ron::info::{FieldInfo, Form, Kind, TypeInfo, VariantInfo};
 use crate::ron::node::Node;
 use crate::ron::values::{Either, Rgb, Spanned};
+use crate::source::Span;
 
 /// A color, or a texture in its place.
 pub(crate) type Paint = Either<Rgb, Texture>;
 
+/// A number, or one from a texture.
+pub(crate) type Number = Either<f32, Map>;
+
 schema! {
+    /// A number from a texture.
+    record Map {
+        /// The texture; a picture's values are taken as they are stored.
+        texture: Texture => "Image(file: \"wood.png\")",
+        /// Its channel.
+        channel: Channel = "R" => "G",
+        /// What it is multiplied by.
+        factor: f32 where ZERO_OR_MORE = "1" => "0.5",
+    }
+
+    /// A channel of a texture.
+    choice Channel {
+        /// Red.
+        R {},
+        /// Green.
+        G {},
+        /// Blue.
+        B {},
+        /// Opacity.
+        A {},
+    }
+
     /// A color that varies over a surface.
     choice Texture {
         /// Squares in turn.

@@ -11,6 +11,7 @@ use glam::{Vec2, Vec3};
 use super::{Scatter, Sides, Surface};
 use crate::albedo::Albedos;
 use crate::context::Context;
+use crate::media::Medium;
 use crate::queues::{OnDielectric, SurfaceHit};
 
 /// A boundary between two media, or a sheet with one medium on both sides.
@@ -46,6 +47,11 @@ impl Scatter for OnDielectric {
     const TRANSMITS: bool = true;
 
     #[inline(always)]
+    fn medium(context: &Context<'_>, row: usize) -> Option<Medium> {
+        (!context.scene.materials.dielectric.view().thin[row]).then_some(Medium(row as u32))
+    }
+
+    #[inline(always)]
     fn surface(context: &Context<'_>, hit: &SurfaceHit, sides: &Sides) -> Boundary {
         let dielectrics = context.scene.materials.dielectric.view();
         let row = hit.material as usize;
@@ -63,13 +69,13 @@ impl Scatter for OnDielectric {
     }
 
     #[inline(always)]
-    fn albedo(albedos: &Albedos, surface: &Boundary, hit: &SurfaceHit, sides: &Sides, cosine: f32) -> Vec3 {
+    fn albedo(albedos: &Albedos, surface: &Boundary, hit: &SurfaceHit, sides: &Sides, cosine: f32) -> Option<Vec3> {
         let rough = if surface.is_smooth() || surface.glass.is_matched() {
             None
         } else {
             albedos.dielectric(hit.material, sides.filling, cosine)
         };
-        rough.unwrap_or(Vec3::ONE)
+        Some(rough.unwrap_or(Vec3::ONE))
     }
 }
 
@@ -81,12 +87,17 @@ impl Surface for Boundary {
     }
 
     #[inline(always)]
+    fn transmits(&self) -> bool {
+        true
+    }
+
+    #[inline(always)]
     fn evaluate(&self, view: Vec3, light: Vec3) -> LobeValue {
         self.glass.evaluate(view, light, |cos_i| self.reflectance(cos_i))
     }
 
     #[inline(always)]
-    fn sample(&self, view: Vec3, u: Vec2, _: f32) -> LobeSplit {
+    fn split(&self, view: Vec3, u: Vec2, _: f32) -> LobeSplit {
         if !self.is_smooth() {
             return self.glass.split(view, u, |cos_i| self.reflectance(cos_i));
         }

@@ -28,14 +28,19 @@ impl Scatter for OnLambert {
     }
 
     #[inline(always)]
-    fn albedo(_: &Albedos, surface: &Lambertian, _: &SurfaceHit, _: &Sides, _: f32) -> Vec3 {
-        surface.albedo
+    fn albedo(_: &Albedos, surface: &Lambertian, _: &SurfaceHit, _: &Sides, _: f32) -> Option<Vec3> {
+        Some(surface.albedo)
     }
 }
 
 impl Surface for Lambertian {
     #[inline(always)]
     fn is_smooth(&self) -> bool {
+        false
+    }
+
+    #[inline(always)]
+    fn transmits(&self) -> bool {
         false
     }
 
@@ -49,7 +54,7 @@ impl Surface for Lambertian {
     }
 
     #[inline(always)]
-    fn sample(&self, _: Vec3, u: Vec2, _: f32) -> LobeSplit {
+    fn split(&self, _: Vec3, u: Vec2, _: f32) -> LobeSplit {
         let direction = warp::cosine_hemisphere(u);
         let pdf = warp::cosine_hemisphere_pdf(direction);
         LobeSplit::opaque((pdf > 0.0).then_some(LobeSample {

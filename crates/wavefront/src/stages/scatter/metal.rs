@@ -62,9 +62,9 @@ impl Scatter for OnMetal {
     }
 
     #[inline(always)]
-    fn albedo(albedos: &Albedos, surface: &Conductor, hit: &SurfaceHit, sides: &Sides, cosine: f32) -> Vec3 {
+    fn albedo(albedos: &Albedos, surface: &Conductor, hit: &SurfaceHit, sides: &Sides, cosine: f32) -> Option<Vec3> {
         let rough = albedos.metal(hit.material, sides.filling[0], surface.r0, cosine);
-        rough.unwrap_or_else(|| surface.reflectance(cosine))
+        Some(rough.unwrap_or_else(|| surface.reflectance(cosine)))
     }
 }
 
@@ -75,12 +75,17 @@ impl Surface for Conductor {
     }
 
     #[inline(always)]
+    fn transmits(&self) -> bool {
+        false
+    }
+
+    #[inline(always)]
     fn evaluate(&self, view: Vec3, light: Vec3) -> LobeValue {
         self.facets.reflection(view, light, |cos_i| self.reflectance(cos_i))
     }
 
     #[inline(always)]
-    fn sample(&self, view: Vec3, u: Vec2, _: f32) -> LobeSplit {
+    fn split(&self, view: Vec3, u: Vec2, _: f32) -> LobeSplit {
         if !self.is_smooth() {
             return LobeSplit::opaque(self.facets.sample_reflection(view, u, |cos_i| self.reflectance(cos_i)));
         }

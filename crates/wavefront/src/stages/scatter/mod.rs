@@ -33,15 +33,22 @@ pub trait Scatter {
     /// A surface of this kind at one hit.
     type Surface: Surface;
 
-    /// Whether surfaces of this kind let light through, so that there are media behind them.
+    /// Whether surfaces of this kind may let light through, so that there may be media behind them.
     const TRANSMITS: bool;
+
+    /// The medium inside of a surface of a row of this kind.
+    #[inline(always)]
+    fn medium(_: &Context<'_>, _row: usize) -> Option<Medium> {
+        None
+    }
 
     /// The surface at a hit.
     fn surface(context: &Context<'_>, hit: &SurfaceHit, sides: &Sides) -> Self::Surface;
 
     /// The part of the energy that the surface is expected to send on, by theory; the rest is absorbed. `cosine` is that of
-    /// the view.
-    fn albedo(albedos: &Albedos, surface: &Self::Surface, hit: &SurfaceHit, sides: &Sides, cosine: f32) -> Vec3;
+    /// the view. None where theory does not know.
+    fn albedo(albedos: &Albedos, surface: &Self::Surface, hit: &SurfaceHit, sides: &Sides, cosine: f32)
+    -> Option<Vec3>;
 }
 
 /// How one point of a surface scatters light, in the frame of [`lobe`](brewster_optics::lobe).
@@ -52,9 +59,17 @@ pub trait Surface {
     /// What comes from one direction and goes to another. Not asked where the surface is smooth.
     fn evaluate(&self, view: Vec3, light: Vec3) -> LobeValue;
 
-    /// Where the path goes on, by two numbers for the direction and one for the lobe; where light can be reflected or
-    /// transmitted, the caller asks the last for that.
-    fn sample(&self, view: Vec3, u: Vec2, lobe: f32) -> LobeSplit;
+    /// Whether light may come through.
+    fn transmits(&self) -> bool;
+
+    /// Both ways on, by two numbers for the direction and one for the lobe.
+    fn split(&self, view: Vec3, u: Vec2, lobe: f32) -> LobeSplit;
+
+    /// One way on, by the same numbers.
+    #[inline(always)]
+    fn choose(&self, view: Vec3, u: Vec2, lobe: f32) -> Option<LobeSample> {
+        self.split(view, u, lobe).choose(lobe)
+    }
 }
 
 /// The media in front of a surface and behind it.
@@ -66,6 +81,8 @@ pub struct Sides {
     pub filling: [Medium; 2],
     /// The path's wavelength.
     pub wavelength: PathWavelength,
+    /// The shading normal on the viewer's side, around which the frame stands.
+    pub normal: Vec3,
 }
 
 /// Where what scatters goes: the queues of a step, and the step's place in the path.
@@ -132,7 +149,7 @@ pub fn scatter<Kind: Scatter>(
         let mut ray = rays.get(hit.ray as usize);
         let direction = ray.ray().direction;
         let (geometric, normal) = facing_normals(&hit, direction);
-        let mut sides = sides::<Kind>(context, &ray, &hit, onward.stacks);
+        let mut sides = sides::<Kind>(context, &ray, &hit, normal, onward.stacks);
         let arrived = ray.weight;
         if Kind::TRANSMITS {
             disperse(context, &mut ray, sides.filling, samples);
@@ -152,7 +169,7 @@ pub fn scatter<Kind: Scatter>(
             geometric,
             media: sides.media,
             view,
-            transmits: Kind::TRANSMITS,
+            transmits: surface.transmits(),
         };
         if !surface.is_smooth() {
             arrival.toward_lights(&surface, onward.stacks, onward.shadows);
@@ -166,24 +183,27 @@ pub fn scatter<Kind: Scatter>(
 }
 
 /// The media at a hit.
-fn sides<Kind: Scatter>(context: &Context<'_>, ray: &PathRay, hit: &SurfaceHit, stacks: &mut MediaStacks) -> Sides {
+fn sides<Kind: Scatter>(
+    context: &Context<'_>,
+    ray: &PathRay,
+    hit: &SurfaceHit,
+    normal: Vec3,
+    stacks: &mut MediaStacks,
+) -> Sides {
     let before = stacks.filling(ray.media);
-    if !Kind::TRANSMITS {
-        return Sides { media: [ray.media; 2], filling: [before; 2], wavelength: ray.wavelength };
-    }
+    let Some(medium) = Kind::medium(context, hit.material as usize) else {
+        return Sides { media: [ray.media; 2], filling: [before; 2], wavelength: ray.wavelength, normal };
+    };
     let dielectrics = context.scene.materials.dielectric.view();
     let direction = ray.ray().direction;
     let inward = |normal: Vec3| direction.dot(normal) < 0.0;
     let geometric = inward(hit.point.geometric_normal);
-    if dielectrics.thin[hit.material as usize] {
-        return Sides { media: [ray.media; 2], filling: [before; 2], wavelength: ray.wavelength };
-    }
-    let boundary = stacks.boundary(ray.media, Medium(hit.material), geometric, &dielectrics);
+    let boundary = stacks.boundary(ray.media, medium, geometric, &dielectrics);
     let mut filling = [boundary.filling_before, boundary.filling_behind];
     if inward(hit.point.shading_normal) != geometric {
         filling.reverse();
     }
-    Sides { media: [ray.media, boundary.behind], filling, wavelength: ray.wavelength }
+    Sides { media: [ray.media, boundary.behind], filling, wavelength: ray.wavelength, normal }
 }
 
 /// Draws the path's wavelength where it first meets a medium whose index depends on it; all branches of a path have the same.
@@ -263,15 +283,19 @@ impl Arrival<'_> {
         counts: &mut Counts,
     ) -> [Vec3; 2] {
         let Draw { direction_x, direction_y, lobe, .. } = self.draw;
-        let split = surface.sample(self.view, Vec2::new(direction_x, direction_y), lobe);
-        if self.splits() && split.reflectance < 1.0 {
-            counts.branched += 1;
-            let branch = self.ray.branch.wrapping_mul(2);
-            let reflected = self.send(split.reflection, branch, next, contributions, counts);
-            [reflected, self.send(split.transmission, branch.wrapping_add(1), next, contributions, counts)]
-        } else {
-            [self.send(split.choose(lobe), self.ray.branch, next, contributions, counts), Vec3::ZERO]
+        let u = Vec2::new(direction_x, direction_y);
+        if !self.splits() {
+            let chosen = surface.choose(self.view, u, lobe);
+            return [self.send(chosen, self.ray.branch, next, contributions, counts), Vec3::ZERO];
         }
+        let LobeSplit { reflection, transmission, reflectance } = surface.split(self.view, u, lobe);
+        if reflectance == 1.0 {
+            return [self.send(reflection, self.ray.branch, next, contributions, counts), Vec3::ZERO];
+        }
+        counts.branched += 1;
+        let branch = self.ray.branch.wrapping_mul(2);
+        let reflected = self.send(reflection, branch, next, contributions, counts);
+        [reflected, self.send(transmission, branch.wrapping_add(1), next, contributions, counts)]
     }
 
     /// Puts a ray into its queue, unless it is absorbed or given up; tells the weight of what was scattered.
@@ -351,10 +375,12 @@ impl Arrival<'_> {
         scattered
     }
 
-    /// Enters into the ledger what arrived, what theory expects of it and what became of it.
+    /// Enters into the ledger what arrived, what theory expects of it and what became of it. Where theory does not know, what the
+    /// sampler sent is believed.
     #[inline(always)]
-    fn book(&self, albedo: Vec3, sent: [Vec3; 2], ledger: &mut Ledger) {
-        let (arrived, expected) = (self.ray.weight, self.ray.weight * albedo);
+    fn book(&self, albedo: Option<Vec3>, sent: [Vec3; 2], ledger: &mut Ledger) {
+        let arrived = self.ray.weight;
+        let expected = albedo.map_or(sent[0] + sent[1], |albedo| arrived * albedo);
         ledger.scattered.add(self.arrived);
         ledger.recolored.add(arrived);
         ledger.recolored.take(self.arrived);
@@ -436,8 +462,8 @@ mod tests {
             Lossy
         }
 
-        fn albedo(_: &Albedos, _: &Lossy<PERCENT>, _: &SurfaceHit, _: &Sides, _: f32) -> Vec3 {
-            Vec3::ONE
+        fn albedo(_: &Albedos, _: &Lossy<PERCENT>, _: &SurfaceHit, _: &Sides, _: f32) -> Option<Vec3> {
+            Some(Vec3::ONE)
         }
     }
 
@@ -450,8 +476,12 @@ mod tests {
             LobeValue::BLACK
         }
 
+        fn transmits(&self) -> bool {
+            false
+        }
+
         /// Weights of 0 to 2 whose mean is what it says.
-        fn sample(&self, view: Vec3, u: Vec2, _: f32) -> LobeSplit {
+        fn split(&self, view: Vec3, u: Vec2, _: f32) -> LobeSplit {
             let factor = if PERCENT == NO_NUMBER { f32::NAN } else { PERCENT as f32 / 100.0 };
             let weight = Vec3::splat(2.0 * u.x * factor);
             LobeSplit::opaque(Some(LobeSample::mirror(view, weight)))

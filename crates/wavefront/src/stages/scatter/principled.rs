@@ -1,48 +1,136 @@
 //! Scattering by principled materials.
 
-use brewster_optics::lobe::{LobeSplit, LobeValue};
+use brewster_buffers::{self as buffers, TextureId, UvSet};
+use brewster_optics::basis::Basis;
+use brewster_optics::lobe::{LobeSample, LobeSplit, LobeValue};
 use brewster_optics::microfacet::Ggx;
-use brewster_optics::principled::{Parameters, Principled};
+use brewster_optics::principled::{Interface, Parameters, Principled};
+use brewster_optics::thin_film::Film;
 use glam::{Vec2, Vec3};
 
 use super::{Scatter, Sides, Surface};
 use crate::albedo::Albedos;
 use crate::context::Context;
+use crate::media::Medium;
 use crate::queues::{OnPrincipled, SurfaceHit};
 
 impl Scatter for OnPrincipled {
     type Surface = Principled;
 
-    const TRANSMITS: bool = false;
+    const TRANSMITS: bool = true;
 
     #[inline(always)]
-    fn surface(context: &Context<'_>, hit: &SurfaceHit, _: &Sides) -> Principled {
-        let (scene, materials) = (context.scene, context.scene.materials.principled.view());
-        let (row, place) = (hit.material as usize, &hit.place());
+    fn medium(context: &Context<'_>, row: usize) -> Option<Medium> {
+        let medium = context.scene.materials.principled.view().medium[row];
+        (medium != buffers::Principled::NO_MEDIUM).then_some(Medium(medium))
+    }
+
+    #[inline(always)]
+    fn surface(context: &Context<'_>, hit: &SurfaceHit, sides: &Sides) -> Principled {
+        let (scene, place) = (context.scene, &hit.place());
+        let material = scene.materials.principled.get(hit.material as usize);
+        let color = |source| scene.color(source, place);
+        let part = |source| scene.number(source, place).clamp(0.0, 1.0);
+        let alpha = |source| {
+            let roughness = part(source);
+            roughness * roughness
+        };
+        let (facets, direction) = facets(context, hit, sides.normal, &material, alpha(material.roughness));
+        let [thinnest, thickest] = material.iridescence_thickness;
+        let iridescence = if material.iridescence.is_zero() { 0.0 } else { part(material.iridescence) };
+        let thickness = thinnest + (thickest - thinnest) * part(material.iridescence_thickness_source);
         Principled::new(&Parameters {
-            base_color: scene.color(materials.base_color[row], place).min(Vec3::ONE),
-            metallic: scene.number(materials.metallic[row], place),
-            facets: Ggx::from_roughness(scene.number(materials.roughness[row], place)),
-            ior: materials.ior[row],
-            specular: scene.number(materials.specular[row], place),
-            specular_color: scene.color(materials.specular_color[row], place),
-            clearcoat: scene.number(materials.clearcoat[row], place),
-            clearcoat_facets: Ggx::from_roughness(scene.number(materials.clearcoat_roughness[row], place)),
-            sheen_color: scene.color(materials.sheen_color[row], place).min(Vec3::ONE),
-            sheen_alpha: Ggx::from_roughness(scene.number(materials.sheen_roughness[row], place)).mean_alpha(),
+            base_color: color(material.base_color).min(Vec3::ONE),
+            metallic: part(material.metallic),
+            facets,
+            direction,
+            ior: material.ior,
+            specular: part(material.specular),
+            specular_color: color(material.specular_color),
+            clearcoat: part(material.clearcoat),
+            clearcoat_facets: Ggx::isotropic(alpha(material.clearcoat_roughness)),
+            sheen_color: color(material.sheen_color).min(Vec3::ONE),
+            sheen_alpha: alpha(material.sheen_roughness),
+            transmission: part(material.transmission),
+            diffuse_transmission: part(material.diffuse_transmission),
+            diffuse_transmission_color: color(material.diffuse_transmission_color).min(Vec3::ONE),
+            interface: interface(context, material.medium, sides),
+            iridescence,
+            film: Film { ior: material.iridescence_ior, thickness },
         })
     }
 
     #[inline(always)]
-    fn albedo(_: &Albedos, surface: &Principled, _: &SurfaceHit, _: &Sides, cosine: f32) -> Vec3 {
+    fn albedo(_: &Albedos, surface: &Principled, _: &SurfaceHit, _: &Sides, cosine: f32) -> Option<Vec3> {
         surface.albedo(Vec3::new((1.0 - cosine * cosine).max(0.0).sqrt(), 0.0, cosine))
     }
+}
+
+/// KHR_materials_anisotropy: along a direction facets are wider by `(1 - alpha) strength²`; the direction in the frame around
+/// the normal.
+#[inline(always)]
+fn facets(
+    context: &Context<'_>,
+    hit: &SurfaceHit,
+    normal: Vec3,
+    material: &buffers::Principled,
+    alpha: f32,
+) -> (Ggx, Vec2) {
+    if material.anisotropy == 0.0 {
+        return (Ggx::isotropic(alpha), Vec2::X);
+    }
+    let (mut strength, mut direction) = (material.anisotropy, material.anisotropy_direction);
+    if material.anisotropy_texture != TextureId::NONE {
+        let texel = context.scene.texture(material.anisotropy_texture, &hit.place());
+        direction = direction.rotate(2.0 * texel.truncate().truncate() - Vec2::ONE);
+        strength *= texel.z;
+    }
+    let facets = Ggx::anisotropic(alpha + (1.0 - alpha) * strength * strength, alpha);
+    let Some([tangent, bitangent]) = tangents(context, hit) else { return (facets, Vec2::X) };
+    let (world, frame) = (tangent * direction.x + bitangent * direction.y, Basis::around(normal));
+    let local = frame.to_local(world).truncate();
+    let length = local.length();
+    (facets, if length > 1e-6 { local / length } else { Vec2::X })
+}
+
+/// The direction in which u grows along the surface and, at a right angle, that in which v does: of a mesh's vertices or, without
+/// any, of its texture coordinates.
+#[inline]
+fn tangents(context: &Context<'_>, hit: &SurfaceHit) -> Option<[Vec3; 2]> {
+    let (normal, place) = (hit.point.shading_normal, &hit.place());
+    let (tangent, side) = match context.geometry.vertex_tangent(place) {
+        Some((tangent, side)) => (tangent - normal * normal.dot(tangent), side),
+        None => {
+            let [du, dv] = context.geometry.uv_gradients(place, UvSet::First);
+            let along = dv.cross(normal);
+            let tangent = along * 1f32.copysign(along.dot(du));
+            (tangent, 1f32.copysign(normal.cross(tangent).dot(dv)))
+        }
+    };
+    let length = tangent.length();
+    let tangent = tangent / length;
+    (length > 0.0 && length.is_finite()).then(|| [tangent, normal.cross(tangent) * side])
+}
+
+#[inline(always)]
+fn interface(context: &Context<'_>, medium: u32, sides: &Sides) -> Interface {
+    if medium == buffers::Principled::NO_MEDIUM {
+        return Interface::Sheet;
+    }
+    let dielectrics = context.scene.materials.dielectric.view();
+    let [eta_i, eta_t] = sides.filling.map(|medium| medium.ior_at(sides.wavelength, &dielectrics));
+    Interface::Boundary { eta_i, eta_t, inside: sides.filling[0] == Medium(medium) }
 }
 
 impl Surface for Principled {
     #[inline(always)]
     fn is_smooth(&self) -> bool {
-        false
+        Principled::is_smooth(self)
+    }
+
+    #[inline(always)]
+    fn transmits(&self) -> bool {
+        Principled::transmits(self)
     }
 
     #[inline(always)]
@@ -51,7 +139,12 @@ impl Surface for Principled {
     }
 
     #[inline(always)]
-    fn sample(&self, view: Vec3, u: Vec2, lobe: f32) -> LobeSplit {
-        LobeSplit::opaque(Principled::sample(self, view, u, lobe))
+    fn split(&self, view: Vec3, u: Vec2, lobe: f32) -> LobeSplit {
+        Principled::split(self, view, u, lobe)
+    }
+
+    #[inline(always)]
+    fn choose(&self, view: Vec3, u: Vec2, lobe: f32) -> Option<LobeSample> {
+        Principled::choose(self, view, u, lobe)
     }
 }

@@ -22,8 +22,8 @@ impl Scatter for OnRoughDiffuse {
     }
 
     #[inline(always)]
-    fn albedo(_: &Albedos, surface: &RoughDiffuse, _: &SurfaceHit, _: &Sides, cosine: f32) -> Vec3 {
-        surface.directional_albedo(cosine)
+    fn albedo(_: &Albedos, surface: &RoughDiffuse, _: &SurfaceHit, _: &Sides, cosine: f32) -> Option<Vec3> {
+        Some(surface.directional_albedo(cosine))
     }
 }
 
@@ -34,12 +34,17 @@ impl Surface for RoughDiffuse {
     }
 
     #[inline(always)]
+    fn transmits(&self) -> bool {
+        false
+    }
+
+    #[inline(always)]
     fn evaluate(&self, view: Vec3, light: Vec3) -> LobeValue {
         RoughDiffuse::evaluate(self, view, light)
     }
 
     #[inline(always)]
-    fn sample(&self, view: Vec3, u: Vec2, _: f32) -> LobeSplit {
+    fn split(&self, view: Vec3, u: Vec2, _: f32) -> LobeSplit {
         LobeSplit::opaque(RoughDiffuse::sample(self, view, u))
     }
 }

@@ -1,0 +1,562 @@
+//! The principled surface: glTF 2.0's metallic-roughness material with its extensions.
+//!
+//! It is glTF's model and not OpenPBR with glTF mapped to it, as most scenes come with glTF's numbers and its
+//! specification says what they look like. Frame, names and densities are those of [`lobe`](crate::lobe).
+//!
+//! - **Specular**, to the letter of the specification's Appendix B, KHR_materials_ior and KHR_materials_specular: GGX of
+//!   `alpha = roughness²` with separable shadowing, Schlick's Fresnel value; a metal's `f0` is the base color, a dielectric's
+//!   `((ior-1)/(ior+1))²` times the specular color and at most 1, weighted by `specular`; metal and dielectric are mixed
+//!   by `metallic`. KHR_materials_anisotropy widens the facets along one direction.
+//! - **Diffuse**: Appendix B weights Lambert's lobe by what the layer above does not reflect at the half vector, and says
+//!   that this breaks the conservation of energy (white plastic at grazing incidence sends back 1.7 of the light). Here
+//!   it is the coupling that the appendix names instead, `(1-E(view)) (1-E(light))/(π (1-Ē))` of C. Kulla and A. Conty,
+//!   *Revisiting Physically Based Shading at Imageworks*, SIGGRAPH 2017, where E is what the layer reflects in all: white
+//!   sends back all light. Up to 45° from the normal both differ by less than 0.05 of the light.
+//!   KHR_materials_diffuse_transmission sends a part of it, with a color of its own, to the other side.
+//! - **Transmission** takes the place of the opaque dielectric by `transmission (1-metallic)`: glass of the same facets, with
+//!   the Fresnel equations and not Schlick's value, whose light takes the base color at every crossing. It is the boundary
+//!   of a volume, or a sheet that light passes straight on, blurred as its mirror image is.
+//! - **Iridescence** mixes the Fresnel values with those of a [thin film](crate::thin_film) in vacuum over a base of the index
+//!   that has the same `f0`.
+//! - **Sheen** and **clearcoat** (of index 1.5) lie above that, in this order, and leave what is below them `1 - max(E(view),
+//!   E(light))`: KHR_materials_sheen's own formula, in place of the clearcoat's Fresnel value of the viewer's side, which is
+//!   not reciprocal. From inside a volume they are not seen.
+//!
+//! So the whole is reciprocal (but for diffuse light through boundaries; glass over the squared index) and makes no energy. Opaque facets are no narrower
+//! than [`SMOOTH_ALPHA`]: a mirror is a lobe like any other. Only the directions of smooth glass are singular.
+
+mod glass;
+
+pub use glass::Interface;
+
+use glam::{Vec2, Vec3};
+
+use self::glass::Glass;
+use crate::albedo_table;
+use crate::fresnel::{self, f0_dielectric};
+use crate::lobe::{DELTA, LobeSample, LobeSplit, LobeValue, mean};
+use crate::microfacet::{Ggx, RoughDielectric, SMOOTH_ALPHA};
+use crate::sheen;
+use crate::thin_film::Film;
+use crate::warp;
+
+/// The reflectance of the clearcoat along the normal, that of an index of 1.5.
+const CLEARCOAT_F0: f32 = 0.04;
+
+/// The versine of the cone that is a hemisphere.
+const HEMISPHERE: f32 = 1.0;
+
+/// A film's base reflects at most this along the normal: all would need an infinite index.
+const MOST_F0: f32 = 0.9999;
+
+/// The largest number below 1, for choices made twice with one number.
+const BELOW_ONE: f32 = 1.0 - f32::EPSILON / 2.0;
+
+/// What glTF says of a point, textures read. Factors lie in 0..1.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Parameters {
+    /// The diffuse color of a dielectric and of what it transmits, the specular one of a metal.
+    pub base_color: Vec3,
+    /// How much of the surface is metal.
+    pub metallic: f32,
+    /// Its facets, along the direction of anisotropy and across; of glTF's roughness, [`Ggx::from_roughness`].
+    pub facets: Ggx,
+    /// The direction of anisotropy from the tangent: cosine and sine.
+    pub direction: Vec2,
+    /// The dielectric's index, relative to the medium around; glTF's 0 stands for infinity and does so here.
+    pub ior: f32,
+    /// The weight of the dielectric's specular reflection.
+    pub specular: f32,
+    /// Its tint along the normal; may pass 1.
+    pub specular_color: Vec3,
+    /// The weight of the clearcoat.
+    pub clearcoat: f32,
+    /// The clearcoat's facets.
+    pub clearcoat_facets: Ggx,
+    /// The color of the sheen.
+    pub sheen_color: Vec3,
+    /// The width of the sheen, the square of its roughness.
+    pub sheen_alpha: f32,
+    /// How much of the dielectric is glass.
+    pub transmission: f32,
+    /// How much of the dielectric's diffuse light goes to the other side.
+    pub diffuse_transmission: f32,
+    /// The color of that.
+    pub diffuse_transmission_color: Vec3,
+    /// What lies behind.
+    pub interface: Interface,
+    /// The part that a thin film covers.
+    pub iridescence: f32,
+    /// The film.
+    pub film: Film,
+}
+
+/// A principled surface, worked out for all pairs of directions.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Principled {
+    facets: Ggx,
+    direction: Vec2,
+    /// What the specular lobe reflects along the normal and at grazing incidence.
+    f0: Vec3,
+    f90: f32,
+    /// The same of the layer over the diffuse base, in its strongest channel.
+    layer: [f32; 2],
+    diffuse: Vec3,
+    /// What the diffuse base sends to the other side.
+    through: Vec3,
+    /// The part of even light that the layer lets in, 1-Ē.
+    entering: f32,
+    glass: Option<Glass>,
+    filmed: Option<Filmed>,
+    clearcoat: f32,
+    clearcoat_facets: Ggx,
+    sheen_color: Vec3,
+    sheen_alpha: f32,
+    /// Whether clearcoat and sheen lie on the other side.
+    is_inside: bool,
+}
+
+/// The specular lobe under a film.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Filmed {
+    film: Film,
+    part: f32,
+    /// The weight of the dielectric in the lobe and in the layer over the diffuse base, and its index.
+    dielectric: Vec3,
+    layer: f32,
+    ior: f32,
+    /// The weight of the metal and its index.
+    metal: f32,
+    metal_ior: Vec3,
+}
+
+/// What the parts of a surface take of the light of one direction.
+#[derive(Clone, Copy)]
+struct Parts {
+    /// What facets reflect that are white, and those that reflect `(1-cosθ)⁵`.
+    whole: f32,
+    grazing: f32,
+    layer: f32,
+    /// Under the film.
+    filmed_layer: f32,
+    sheen: f32,
+    clearcoat: f32,
+}
+
+/// With which probability a direction is drawn from each lobe; all are 0 where the surface is black.
+#[derive(Clone, Copy)]
+struct Chances {
+    clearcoat: f32,
+    sheen: f32,
+    specular: f32,
+    diffuse: f32,
+    through: f32,
+    glass: f32,
+}
+
+impl Default for Parameters {
+    /// glTF's defaults.
+    fn default() -> Parameters {
+        Parameters {
+            base_color: Vec3::ONE,
+            metallic: 1.0,
+            facets: Ggx::isotropic(1.0),
+            direction: Vec2::X,
+            ior: 1.5,
+            specular: 1.0,
+            specular_color: Vec3::ONE,
+            clearcoat: 0.0,
+            clearcoat_facets: Ggx::isotropic(0.0),
+            sheen_color: Vec3::ZERO,
+            sheen_alpha: 0.0,
+            transmission: 0.0,
+            diffuse_transmission: 0.0,
+            diffuse_transmission_color: Vec3::ONE,
+            interface: Interface::Sheet,
+            iridescence: 0.0,
+            film: Film { ior: 1.3, thickness: 400.0 },
+        }
+    }
+}
+
+impl Principled {
+    /// The surface of these parameters.
+    #[inline]
+    pub fn new(parameters: &Parameters) -> Principled {
+        let Parameters { base_color, metallic, specular, .. } = *parameters;
+        let facets = spread(parameters.facets);
+        let alpha = facets.mean_alpha();
+        let dielectric = (parameters.specular_color * f0_dielectric(1.0, parameters.ior)).min(Vec3::ONE) * specular;
+        let layer = [dielectric.max_element(), specular];
+        let average = schlick(layer, albedo_table::mirror_average(alpha), albedo_table::grazing_average(alpha));
+        // An infinite index lets nothing in.
+        let transmission = if parameters.ior >= 1.0 { parameters.transmission } else { 0.0 };
+        let glass = (1.0 - metallic) * transmission;
+        let opaque = (1.0 - metallic) * (1.0 - transmission);
+        Principled {
+            facets,
+            direction: parameters.direction,
+            f0: dielectric * opaque + base_color * metallic,
+            f90: specular * opaque + metallic,
+            layer,
+            diffuse: base_color * (opaque * (1.0 - parameters.diffuse_transmission)),
+            through: parameters.diffuse_transmission_color * (opaque * parameters.diffuse_transmission),
+            entering: 1.0 - average,
+            glass: (glass > 0.0).then(|| Glass::new(parameters, glass)),
+            filmed: (parameters.iridescence > 0.0).then(|| Filmed::new(parameters, opaque)),
+            clearcoat: parameters.clearcoat,
+            clearcoat_facets: spread(parameters.clearcoat_facets),
+            sheen_color: parameters.sheen_color,
+            sheen_alpha: parameters.sheen_alpha.max(sheen::MIN_ALPHA),
+            is_inside: matches!(parameters.interface, Interface::Boundary { inside: true, .. }),
+        }
+    }
+
+    /// Whether light comes through.
+    #[inline(always)]
+    pub fn transmits(&self) -> bool {
+        self.glass.is_some() || self.through != Vec3::ZERO
+    }
+
+    /// Whether all of its directions are singular.
+    #[inline(always)]
+    pub fn is_smooth(&self) -> bool {
+        let covered = self.clearcoat > 0.0 || self.sheen_color != Vec3::ZERO;
+        self.glass.is_some_and(|glass| glass.weight == 1.0 && glass.is_smooth()) && (self.is_inside || !covered)
+    }
+
+    /// f |cosθ| of all lobes, and the density with which [`Principled::split`] gives the direction; the chosen one is that of
+    /// [`Principled::choose`].
+    #[inline]
+    pub fn evaluate(&self, view: Vec3, light: Vec3) -> LobeValue {
+        self.evaluate_turned(self.turned(view), self.turned(light))
+    }
+
+    /// Both ways on from glass, or one from another lobe; `choice` is a random number like both of `u`. `None` where the light is
+    /// lost between facets.
+    #[inline]
+    pub fn split(&self, view: Vec3, u: Vec2, choice: f32) -> LobeSplit {
+        let view = self.turned(view);
+        if view.z <= 0.0 {
+            return LobeSplit::opaque(None);
+        }
+        let chances = self.chances(view);
+        let Some(glass) = self.glass.filter(|_| choice >= 1.0 - chances.glass) else {
+            let direction = self.sample_opaque(&chances, view, u, choice);
+            return LobeSplit::opaque(direction.and_then(|direction| self.weighed(view, direction, |value| value.pdf)));
+        };
+        let LobeSplit { reflection, transmission, reflectance } = glass.split(view, u);
+        let weighed = |sample: LobeSample| match sample.is_delta() {
+            true => Some(self.singular(view, sample, chances.glass)),
+            false => self.weighed(view, sample.direction, |value| value.pdf),
+        };
+        LobeSplit {
+            reflection: reflection.and_then(weighed),
+            transmission: transmission.and_then(weighed),
+            reflectance,
+        }
+    }
+
+    /// A direction from one of the lobes, `choice` a random number like both of `u`; its weight and density are those of
+    /// all of them. `None` where the light is lost between facets.
+    #[inline]
+    pub fn choose(&self, view: Vec3, u: Vec2, choice: f32) -> Option<LobeSample> {
+        let view = self.turned(view);
+        if view.z <= 0.0 {
+            return None;
+        }
+        let chances = self.chances(view);
+        let opaque = 1.0 - chances.glass;
+        let direction = match self.glass.filter(|_| choice >= opaque) {
+            None => self.sample_opaque(&chances, view, u, choice)?,
+            Some(glass) => {
+                let again = ((choice - opaque) / chances.glass).min(BELOW_ONE);
+                let sample = glass.split(view, u).choose(again)?;
+                if sample.is_delta() {
+                    return Some(self.singular(view, sample, chances.glass));
+                }
+                sample.direction
+            }
+        };
+        self.weighed(view, direction, LobeValue::chosen_pdf)
+    }
+
+    /// What is sent on in all of the light from a direction, within the precision of [`albedo_table`]. `None` where that is not
+    /// known: of glass that is rough or colored, of anisotropic facets, under films, clearcoat and sheen.
+    #[inline]
+    pub fn albedo(&self, view: Vec3) -> Option<Vec3> {
+        let [alpha_x, alpha_y] = self.facets.alphas();
+        let layered = self.clearcoat > 0.0 || self.sheen_color != Vec3::ZERO || self.filmed.is_some();
+        if layered || alpha_x != alpha_y {
+            return None;
+        }
+        let glass = match self.glass {
+            Some(glass) if glass.is_smooth() && glass.tint == Vec3::ONE => glass.weight,
+            Some(_) => return None,
+            None => 0.0,
+        };
+        let parts = self.parts(view);
+        Some(self.specular(&parts, view) + (self.diffuse + self.through) * (1.0 - parts.layer) + glass)
+    }
+
+    #[inline(always)]
+    fn evaluate_turned(&self, view: Vec3, light: Vec3) -> LobeValue {
+        let is_through = light.z < 0.0;
+        if view.z <= 0.0 || light.z == 0.0 || (is_through && !self.transmits()) {
+            return LobeValue::BLACK;
+        }
+        let (from, to) = (self.parts(view), self.parts(light));
+        let chances = self.chances_of(&from, view);
+        let cosine = warp::cosine_hemisphere_pdf(light.with_z(light.z.abs()));
+        let coupled = self.coupled(&from, &to) * cosine;
+        let (mut f_cos, mut pdf) = if is_through {
+            (self.through * coupled, chances.through * cosine)
+        } else {
+            let specular = self.facets.reflection(view, light, |cosine| self.fresnel(cosine));
+            let pdf = chances.specular * specular.pdf + chances.diffuse * cosine;
+            (specular.f_cos + self.diffuse * coupled, pdf)
+        };
+        let mut chosen = pdf;
+        if let Some(glass) = &self.glass {
+            let value = glass.evaluate(view, light);
+            f_cos += value.f_cos;
+            pdf += chances.glass * value.pdf;
+            chosen += chances.glass * value.chosen_pdf();
+        }
+        let covered = is_through || !self.is_inside;
+        if covered && self.sheen_color != Vec3::ZERO {
+            let part = from.sheen.max(to.sheen);
+            f_cos *= 1.0 - self.sheen_color.max_element() * part.min(1.0);
+            f_cos += self.sheen_color * sheen::reflection(view, light, self.sheen_alpha, part);
+            let even = if is_through { 0.0 } else { chances.sheen * warp::cone_pdf(HEMISPHERE) };
+            (pdf, chosen) = (pdf + even, chosen + even);
+        }
+        if covered && self.clearcoat > 0.0 {
+            let coat = self
+                .clearcoat_facets
+                .reflection(view, light, |cosine| Vec3::splat(self.clearcoat * fresnel::schlick(cosine, CLEARCOAT_F0)));
+            f_cos = f_cos * (1.0 - from.clearcoat.max(to.clearcoat)) + coat.f_cos;
+            (pdf, chosen) = (pdf + chances.clearcoat * coat.pdf, chosen + chances.clearcoat * coat.pdf);
+        }
+        let choice = if pdf > 0.0 { chosen / pdf } else { 1.0 };
+        LobeValue { f_cos, pdf, choice, ..LobeValue::BLACK }
+    }
+
+    /// A direction of any lobe but that of glass.
+    #[inline(always)]
+    fn sample_opaque(&self, chances: &Chances, view: Vec3, u: Vec2, choice: f32) -> Option<Vec3> {
+        let above = chances.clearcoat + chances.sheen;
+        if choice < chances.clearcoat {
+            Some(self.clearcoat_facets.sample_reflection(view, u, |_| Vec3::ONE)?.direction)
+        } else if choice < above {
+            // Evenly: at grazing incidence a sheen is brightest along the horizon.
+            Some(warp::cone(u, HEMISPHERE))
+        } else if choice < above + chances.specular {
+            Some(self.facets.sample_reflection(view, u, |_| Vec3::ONE)?.direction)
+        } else {
+            let direction = warp::cosine_hemisphere(u);
+            let is_through = choice >= above + chances.specular + chances.diffuse && chances.through > 0.0;
+            Some(if is_through { direction.with_z(-direction.z) } else { direction })
+        }
+    }
+
+    /// A direction with the weight that value and density make.
+    #[inline(always)]
+    fn weighed(&self, view: Vec3, direction: Vec3, density: impl Fn(LobeValue) -> f32) -> Option<LobeSample> {
+        let value = self.evaluate_turned(view, direction);
+        let pdf = density(value);
+        let sample = LobeSample { direction, weight: value.f_cos / pdf, pdf, radiance_scale: 1.0 };
+        (pdf > 0.0).then(|| self.turned_back(sample))
+    }
+
+    /// A singular direction of glass, which is taken with a probability.
+    #[inline(always)]
+    fn singular(&self, view: Vec3, sample: LobeSample, chance: f32) -> LobeSample {
+        let mut weight = sample.weight / chance;
+        if sample.is_transmission() || !self.is_inside {
+            let (from, to) = (self.parts(view), self.parts(sample.direction));
+            weight *= 1.0 - self.sheen_color.max_element() * from.sheen.max(to.sheen).min(1.0);
+            weight *= 1.0 - from.clearcoat.max(to.clearcoat);
+        }
+        self.turned_back(LobeSample { weight, pdf: DELTA, ..sample })
+    }
+
+    /// Into the frame of the facets.
+    #[inline(always)]
+    fn turned(&self, w: Vec3) -> Vec3 {
+        let Vec2 { x: cos, y: sin } = self.direction;
+        Vec3::new(w.x * cos + w.y * sin, w.y * cos - w.x * sin, w.z)
+    }
+
+    #[inline(always)]
+    fn turned_back(&self, sample: LobeSample) -> LobeSample {
+        let (Vec2 { x: cos, y: sin }, w) = (self.direction, sample.direction);
+        LobeSample { direction: Vec3::new(w.x * cos - w.y * sin, w.y * cos + w.x * sin, w.z), ..sample }
+    }
+
+    /// What the specular lobe's facets reflect.
+    #[inline(always)]
+    fn fresnel(&self, cosine: f32) -> Vec3 {
+        let plain = self.f0 + (Vec3::splat(self.f90) - self.f0) * fresnel::schlick(cosine, 0.0);
+        match &self.filmed {
+            Some(filmed) => plain + (filmed.fresnel(cosine) - plain) * filmed.part,
+            None => plain,
+        }
+    }
+
+    /// What the specular lobe reflects of the light from a direction.
+    #[inline(always)]
+    fn specular(&self, parts: &Parts, view: Vec3) -> Vec3 {
+        let plain = self.f0 * (parts.whole - parts.grazing) + Vec3::splat(self.f90 * parts.grazing);
+        match &self.filmed {
+            Some(filmed) => plain + (filmed.fresnel(view.z.min(1.0)) * parts.whole - plain) * filmed.part,
+            None => plain,
+        }
+    }
+
+    /// What the layer above leaves of diffuse light, times π. The mean of a film's is not known: under it less comes back.
+    #[inline(always)]
+    fn coupled(&self, from: &Parts, to: &Parts) -> f32 {
+        let plain = (1.0 - from.layer) * (1.0 - to.layer) / self.entering.max(f32::MIN_POSITIVE);
+        match &self.filmed {
+            Some(filmed) => plain + (1.0 - from.filmed_layer.max(to.filmed_layer) - plain) * filmed.part,
+            None => plain,
+        }
+    }
+
+    #[inline(always)]
+    fn parts(&self, w: Vec3) -> Parts {
+        let (cosine, alpha) = (w.z.abs(), self.facets.mean_alpha());
+        let (whole, grazing) = (albedo_table::mirror(cosine, alpha), albedo_table::grazing(cosine, alpha));
+        let clearcoat = if self.clearcoat > 0.0 {
+            let alpha = self.clearcoat_facets.mean_alpha();
+            let (whole, grazing) = (albedo_table::mirror(cosine, alpha), albedo_table::grazing(cosine, alpha));
+            self.clearcoat * schlick([CLEARCOAT_F0, 1.0], whole, grazing)
+        } else {
+            0.0
+        };
+        let no_sheen = self.sheen_color == Vec3::ZERO;
+        Parts {
+            whole,
+            grazing,
+            layer: schlick(self.layer, whole, grazing),
+            filmed_layer: self.filmed.as_ref().map_or(0.0, |filmed| filmed.layer(cosine.min(1.0)) * whole),
+            sheen: if no_sheen { 0.0 } else { albedo_table::sheen(cosine, self.sheen_alpha) },
+            clearcoat,
+        }
+    }
+
+    #[inline(always)]
+    fn chances(&self, view: Vec3) -> Chances {
+        self.chances_of(&self.parts(view), view)
+    }
+
+    /// About in proportion to the lobes' light.
+    #[inline(always)]
+    fn chances_of(&self, parts: &Parts, view: Vec3) -> Chances {
+        let taken = parts.sheen.min(1.0);
+        let [clearcoat, sheen, below] = if self.is_inside {
+            [0.0, 0.0, 1.0]
+        } else {
+            let under_coat = 1.0 - parts.clearcoat;
+            [
+                parts.clearcoat,
+                under_coat * mean(self.sheen_color) * taken,
+                under_coat * (1.0 - self.sheen_color.max_element() * taken),
+            ]
+        };
+        let entering = below * (1.0 - parts.layer);
+        let specular = below * mean(self.specular(parts, view));
+        let (diffuse, through) = (entering * mean(self.diffuse), entering * mean(self.through));
+        let glass = self.glass.as_ref().map_or(0.0, |glass| below * glass.sent(view));
+        let scale = 1.0 / (clearcoat + sheen + specular + diffuse + through + glass).max(f32::MIN_POSITIVE);
+        Chances {
+            clearcoat: clearcoat * scale,
+            sheen: sheen * scale,
+            specular: specular * scale,
+            diffuse: diffuse * scale,
+            through: through * scale,
+            glass: glass * scale,
+        }
+    }
+}
+
+impl Glass {
+    #[inline(always)]
+    fn new(parameters: &Parameters, weight: f32) -> Glass {
+        let Parameters { facets, ior, iridescence, film, .. } = *parameters;
+        let (eta_i, eta_t, is_sheet) = match parameters.interface {
+            Interface::Sheet => (1.0, ior, true),
+            Interface::Boundary { eta_i, eta_t, .. } => (eta_i, eta_t, false),
+        };
+        Glass {
+            boundary: RoughDielectric { facets, eta_i, eta_t },
+            is_sheet,
+            weight,
+            tint: parameters.base_color,
+            specular: parameters.specular,
+            specular_color: parameters.specular_color,
+            film: (iridescence > 0.0).then_some((film, iridescence)),
+        }
+    }
+}
+
+impl Filmed {
+    #[inline(always)]
+    fn new(parameters: &Parameters, opaque: f32) -> Filmed {
+        let weight = parameters.specular_color.min(Vec3::ONE) * parameters.specular;
+        let root = |f0: f32| f0.min(MOST_F0).sqrt();
+        let Vec3 { x, y, z } = parameters.base_color;
+        let roots = Vec3::new(root(x), root(y), root(z));
+        let infinite = (1.0 + root(1.0)) / (1.0 - root(1.0));
+        Filmed {
+            film: parameters.film,
+            part: parameters.iridescence,
+            dielectric: weight * opaque,
+            layer: weight.max_element(),
+            ior: if parameters.ior >= 1.0 { parameters.ior } else { infinite },
+            metal: parameters.metallic,
+            metal_ior: (Vec3::ONE + roots) / (Vec3::ONE - roots),
+        }
+    }
+
+    #[inline(always)]
+    fn over_dielectric(&self, cosine: f32) -> Vec3 {
+        self.film.reflectance(cosine, 1.0, Vec3::splat(self.ior), Vec3::ZERO)
+    }
+
+    /// What facets reflect under the film, metal and dielectric by their weights.
+    #[inline(always)]
+    fn fresnel(&self, cosine: f32) -> Vec3 {
+        let mut color = Vec3::ZERO;
+        if self.dielectric != Vec3::ZERO {
+            color += self.over_dielectric(cosine) * self.dielectric;
+        }
+        if self.metal > 0.0 {
+            color += self.film.reflectance(cosine, 1.0, self.metal_ior, Vec3::ZERO) * self.metal;
+        }
+        color
+    }
+
+    /// What the film and the dielectric under it take of the diffuse base's light.
+    #[inline(always)]
+    fn layer(&self, cosine: f32) -> f32 {
+        if self.dielectric == Vec3::ZERO { 0.0 } else { (self.over_dielectric(cosine) * self.layer).max_element() }
+    }
+}
+
+/// What facets of a Schlick curve from `f0` to `f90` reflect in all, by the entries of the table.
+#[inline(always)]
+fn schlick([f0, f90]: [f32; 2], whole: f32, grazing: f32) -> f32 {
+    f0 * (whole - grazing) + f90 * grazing
+}
+
+/// Facets that are no mirror.
+#[inline(always)]
+fn spread(facets: Ggx) -> Ggx {
+    let [x, y] = facets.alphas().map(|alpha| alpha.max(SMOOTH_ALPHA));
+    Ggx::anisotropic(x, y)
+}
+
+#[cfg(test)]
+mod tests;
