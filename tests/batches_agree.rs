@@ -47,6 +47,12 @@ fn paths_in_batches_of_any_size_cut_at_any_capacity() {
         let policies = sizes.map(|(batch, capacity)| Policy { batch, capacity, ..Policy::default() });
         check(name, &small_reference(name), policies);
     }
+    let policies = [(1, 4096), (13, 7), (1_000_000, 100)];
+    check(
+        "principled",
+        &scene("principled"),
+        policies.map(|(batch, capacity)| Policy { batch, capacity, ..Policy::default() }),
+    );
 }
 
 /// From one ray at a time: levels are cut and finished part by part.
@@ -71,7 +77,7 @@ fn in_any_order_on_every_instruction_set() {
             }
         }
     }
-    for name in ["colored_shadows", "nested", "shapes", "smooth"] {
+    for name in ["colored_shadows", "nested", "principled", "shapes", "smooth"] {
         check(name, &scene(name), policies.iter().copied());
     }
     for name in PATHS {

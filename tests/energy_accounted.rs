@@ -7,7 +7,7 @@ use brewster_wavefront::{Counts, Policy, Stats};
 use crate::scene::{parse, render_with};
 
 /// A scene with everything that gains or loses energy: absorbing and overlapping glass, rough and smooth metal, diffuse and
-/// rough diffuse surfaces, thin films, dispersion, a mesh whose shading normals are far from its own, a lamp.
+/// rough diffuse surfaces, thin films, dispersion, principled surfaces, a mesh whose shading normals are far from its own, a lamp.
 fn scene() -> SceneBuffers {
     parse(
         r#"Scene(
@@ -26,6 +26,8 @@ fn scene() -> SceneBuffers {
                 "frost": Dielectric(ior: 1.5, alpha: 0.2),
                 "oily frost": Dielectric(ior: 1.5, alpha: 0.3, film: (ior: 1.3, thickness: 350)),
                 "flint": Dielectric(ior: 1.7, dispersion: Abbe(number: 25)),
+                "plastic": Principled(base_color: (0.9, 0.5, 0.1), roughness: 0.5),
+                "milk glass": Principled(transmission: 0.6, roughness: 0.3, diffuse_transmission: 0.5, clearcoat: 1, volume: ()),
                 "bubble": Dielectric(ior: 1, film: (ior: 1.33, thickness: 420)),
             },
             entities: [
@@ -40,6 +42,8 @@ fn scene() -> SceneBuffers {
                 (shape: Sphere(radius: 0.5), material: "oily frost", at: (0.1, 0.5, 2)),
                 (shape: Sphere(radius: 0.4), material: "bubble", at: (-0.2, 1.7, 0.5)),
                 (shape: Sphere(radius: 0.4), material: "flint", at: (1.5, 0.4, 2)),
+                (shape: Sphere(radius: 0.5), material: "plastic", at: (-2.8, 0.5, 0.4)),
+                (shape: Sphere(radius: 0.4), material: "milk glass", at: (2.8, 0.4, 0.6)),
                 (shape: "ball", material: "bottle", at: (2, 0.8, 1), scale: 0.6),
                 (shape: Sphere(radius: 0.2), material: Emissive(radiance: 8), at: (0.5, 3, 1)),
                 (light: Point(intensity: 10), at: (-2, 4, 3)),

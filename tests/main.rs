@@ -13,6 +13,7 @@
 //! - `noise_threshold`: adaptive sampling stops where noise is low and depends on nothing but the film.
 //! - `path_furnace`: the path integrator sees nothing in even light that absorbs nothing.
 //! - `policies_agree`: splitting, choosing, roulette, samplers and integrators agree in mean.
+//! - `principled`: glTF's material is at its ends what other materials are.
 //! - `recursion_agrees`: the queues compute what a plain recursion of the lecture's algorithm computes.
 //! - `references_agree`: ten scenes look as Mitsuba 3 renders them.
 //! - `references_are_whole`: every reference scene can be read, without a warning, and has its picture beside it.
@@ -37,6 +38,7 @@ mod memory_bounded;
 mod noise_threshold;
 mod path_furnace;
 mod policies_agree;
+mod principled;
 mod recursion;
 mod recursion_agrees;
 mod references_agree;

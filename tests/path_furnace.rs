@@ -75,6 +75,13 @@ fn nothing_is_lost_where_nothing_absorbs() {
     check("Dielectric(ior: 1.5, film: (ior: 1.33, thickness: 400))", DVec3::ONE);
     check("Dielectric(ior: 1, film: (ior: 1.33, thickness: 300))", DVec3::ONE);
     check("Dielectric(ior: 1.5, thin: true, film: (ior: 2, thickness: 150))", DVec3::ONE);
+    let clear = "base_color: 1, transmission: 1, roughness: 0";
+    check(&format!("Principled({clear}, volume: ())"), DVec3::ONE);
+    check(&format!("Principled({clear})"), DVec3::ONE);
+    check(&format!("Principled({clear}, ior: 1, volume: ())"), DVec3::ONE);
+    check(&format!("Principled({clear}, volume: (abbe: 20), iridescence: ())"), DVec3::ONE);
+    check(&format!("Principled({clear}, metallic: 0.5, diffuse_transmission: 1)"), DVec3::ONE);
+    check("Principled(base_color: 1, specular: 0, diffuse_transmission: 0.5)", DVec3::ONE);
     for roughness in [0.0, 0.3, 1.0] {
         check(&format!("RoughDiffuse(albedo: 1, roughness: {roughness})"), DVec3::ONE);
     }

@@ -44,7 +44,14 @@ fn compare(a: &SceneBuffers, b: &SceneBuffers) -> (f64, f64) {
 #[test]
 fn splitting_and_choosing_agree_at_any_depth() {
     let frosted = "(shape: Sphere(radius: 0.5), material: Dielectric(ior: 1.5, alpha: 0.4), at: (2, 0.5, 1)),
-        (shape: Sphere(radius: 0.4), material: Dielectric(ior: 1.7, dispersion: Abbe(number: 20)), at: (-2, 0.4, 1.2)),";
+        (shape: Sphere(radius: 0.4), material: Dielectric(ior: 1.7, dispersion: Abbe(number: 20)), at: (-2, 0.4, 1.2)),
+        (shape: Sphere(radius: 0.3), at: (0.9, 0.3, 2), material: Principled(
+            transmission: 0.7, roughness: 0.4, diffuse_transmission: 0.5, clearcoat: 0.5, volume: (color: (0.5, 0.8, 0.9)),
+        )),
+        (shape: Sphere(radius: 0.3), at: (-0.5, 0.3, 2.2), material: Principled(
+            transmission: 0.8, roughness: 0, metallic: 0.2, base_color: (0.9, 0.7, 0.5), volume: (),
+        )),
+        (shape: Quad(size: (0.6, 0.6)), at: (-1.6, 0.3, 2), material: Principled(transmission: 0.9, roughness: 0.3)),";
     let mut choosing = scene_with(DIFFUSE, frosted);
     choosing.settings.sampler = SamplerKind::Independent;
     choosing.settings.split_depth = 0;

@@ -106,15 +106,7 @@ impl SceneBuffers {
             dielectric.specular,
             emissive.view().radiance,
         ];
-        let scattering = principled.view();
-        let colors = colors.into_iter().chain([
-            scattering.base_color,
-            scattering.specular_color,
-            scattering.sheen_color,
-            scattering.diffuse_transmission_color,
-            scattering.emission,
-        ]);
-        for color in colors.flatten() {
+        for color in colors.into_iter().flatten() {
             require(self.has_color(color), || format!("a material's color is {color:?}"))?;
         }
         let vectors = [metal.eta, metal.k, metal.f82, dielectric.absorption];
@@ -135,6 +127,21 @@ impl SceneBuffers {
             dispersions.all(|(dispersion, &thin)| dispersion.is_none_or(|index| index.is_sound() && !thin)),
             || "a material has a dispersion that is none".to_owned(),
         )?;
+        self.validate_principled()
+    }
+
+    fn validate_principled(&self) -> Outcome {
+        let scattering = self.materials.principled.view();
+        let colors = [
+            scattering.base_color,
+            scattering.specular_color,
+            scattering.sheen_color,
+            scattering.diffuse_transmission_color,
+            scattering.emission,
+        ];
+        for color in colors.into_iter().flatten() {
+            require(self.has_color(color), || format!("a principled material's color is {color:?}"))?;
+        }
         let scalars = [
             scattering.metallic,
             scattering.roughness,

@@ -97,7 +97,8 @@ impl Stage {
             Stage::ShadePhong | Stage::ShadeLambert | Stage::ShadeMetal | Stage::ShadeDielectric => {
                 integrator == Integrator::Whitted
             }
-            Stage::Draw
+            Stage::Glow
+            | Stage::Draw
             | Stage::ScatterLambert
             | Stage::ScatterRoughDiffuse
             | Stage::ScatterMetal
