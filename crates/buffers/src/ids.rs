@@ -8,6 +8,15 @@ pub struct InstanceId(pub u32);
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct MaterialId(pub u32);
 
+/// Row of the details of [`Materials`](crate::Materials), or [`DetailId::NONE`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct DetailId(pub u32);
+
+impl DetailId {
+    /// No detail.
+    pub const NONE: DetailId = DetailId(u32::MAX);
+}
+
 /// Row of [`Textures`](crate::Textures), or [`TextureId::NONE`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct TextureId(pub u32);

@@ -4,6 +4,7 @@
 //! flatten. Nothing here knows entities or files.
 
 mod camera;
+mod detail;
 mod distribution;
 mod emitters;
 mod environment;
@@ -20,11 +21,12 @@ mod trees;
 mod validate;
 
 pub use camera::{Camera, Projection};
+pub use detail::{Detail, Opacity};
 pub use distribution::{Cell, Choice, Distribution, Distribution2d};
 pub use emitters::{Emitter, EmitterColumns, Emitters, EmittersView, EmittersViewMut, Placing};
 pub use environment::Background;
 pub use environment_map::{EnvironmentMap, MapError, MapRows};
-pub use ids::{InstanceId, MaterialId, TextureId};
+pub use ids::{DetailId, InstanceId, MaterialId, TextureId};
 pub use instances::{Instance, InstanceColumns, InstancesView, InstancesViewMut};
 pub use lights::{Illumination, Light, LightColumns, LightKind, LightSample, LightsView, LightsViewMut};
 pub use materials::{

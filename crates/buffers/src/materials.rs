@@ -6,7 +6,7 @@ use brewster_optics::fresnel::FresnelModel;
 use brewster_optics::thin_film::Film;
 use glam::{Vec2, Vec3};
 
-use crate::{ColorSource, ScalarSource, TextureId};
+use crate::{ColorSource, Detail, DetailId, ScalarSource, TextureId};
 
 /// The kinds of material; hits are sorted by it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -63,6 +63,8 @@ columns! {
         pub row: u32,
         /// The entity's scene key; rows are in its order.
         pub key: u64,
+        /// Its normals and its opacity, if there is more to them.
+        pub detail: DetailId,
     }
 }
 
@@ -220,6 +222,8 @@ impl Principled {
 pub struct Materials {
     /// One row a material: its kind and where its parameters are.
     pub rows: MaterialRowColumns,
+    /// What some materials have beside their kind's parameters, in the materials' order.
+    pub details: Vec<Detail>,
     /// Parameters of [`MaterialKind::Phong`].
     pub phong: PhongColumns,
     /// Parameters of [`MaterialKind::Lambert`].

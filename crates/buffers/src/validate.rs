@@ -18,6 +18,7 @@ impl SceneBuffers {
         self.validate_instances()?;
         self.geometry().validate()?;
         self.validate_materials()?;
+        self.validate_details()?;
         for (row, texture) in self.textures.rows.iter().enumerate() {
             require(texture.is_sound(), || format!("texture {row} is empty or not finite: {texture:?}"))?;
         }
@@ -61,7 +62,7 @@ impl SceneBuffers {
 
     /// Rows of a kind stand in the order of the materials that they belong to, one each.
     fn validate_materials(&self) -> Outcome {
-        let Materials { rows, phong, lambert, rough_diffuse, metal, dielectric, emissive, principled } =
+        let Materials { rows, details: _, phong, lambert, rough_diffuse, metal, dielectric, emissive, principled } =
             &self.materials;
         ascending("materials", rows.view().key.iter().copied())?;
         let mut owned = [0; MaterialKind::ALL.len()];
@@ -240,14 +241,19 @@ mod tests {
     use brewster_geometry::{ShapeKind, ShapeRef, Sphere, TopTree};
 
     use super::*;
-    use crate::{Instance, Lambert, LightKind, MaterialId, MaterialRow, Texture};
+    use crate::{DetailId, Instance, Lambert, LightKind, MaterialId, MaterialRow, Texture};
 
     /// Two balls of one material under a lamp, and a camera.
     fn scene() -> SceneBuffers {
         let mut buffers = SceneBuffers::default();
         buffers.shapes.spheres.push(Sphere { radius: 1.0 });
         buffers.textures.rows.push(Texture::Checker { a: Vec3::ZERO, b: Vec3::ONE, size: 1.0 });
-        buffers.materials.rows.push(MaterialRow { kind: MaterialKind::Lambert, row: 0, key: 3 });
+        buffers.materials.rows.push(MaterialRow {
+            kind: MaterialKind::Lambert,
+            row: 0,
+            key: 3,
+            detail: DetailId::NONE,
+        });
         let albedo = ColorSource { factor: Vec3::ONE, texture: TextureId(0) };
         buffers.materials.lambert.push(Lambert { albedo });
         for key in [1, 2] {

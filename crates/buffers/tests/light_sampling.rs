@@ -72,7 +72,7 @@ fn scene(shape: ShapeRef, at: Affine3A, two_sided: bool) -> SceneBuffers {
     let mut scene = SceneBuffers { shapes: table().0, ..Default::default() };
     scene.trees.meshes = scene.shapes.meshes.iter().map(|mesh| MeshTree::build(mesh.clone()).unwrap()).collect();
     scene.textures.rows.push(CHECKER);
-    scene.materials.rows.push(MaterialRow { kind: MaterialKind::Emissive, row: 0, key: 0 });
+    scene.materials.rows.push(MaterialRow { kind: MaterialKind::Emissive, row: 0, key: 0, detail: DetailId::NONE });
     let radiance = ColorSource { factor: Vec3::ONE, texture: TextureId(0) };
     scene.materials.emissive.push(Emissive { radiance, two_sided });
     place(&mut scene, shape, at, MaterialId(0));
@@ -121,8 +121,8 @@ fn met(scene: &SceneBuffers, origin: Vec3, direction: Vec3) -> (Vec3, f32) {
     }
     let point = surface(&scene.geometry(), &ray, &hit);
     let emissive = scene.materials.emissive.get(0);
-    let SurfacePoint { position, uv, .. } = point;
-    let place = SurfacePlace { instance: hit.instance, primitive: hit.primitive, position, uv };
+
+    let place = point.place(hit.instance, hit.primitive);
     let shines = emissive.two_sided || point.geometric_normal.dot(direction) < 0.0;
     let radiance = if shines { scene.color(emissive.radiance, &place) } else { Vec3::ZERO };
     (radiance, scene.light_pdf(origin, hit.instance, hit.primitive, &point))

@@ -93,7 +93,12 @@ fn panels_add_up_to_all_of_them() {
     scene.shapes.quads.push(Quad { half: Vec2::splat(0.05) });
     for two_sided in [false, true] {
         let row = u32::from(two_sided);
-        scene.materials.rows.push(MaterialRow { kind: MaterialKind::Emissive, row, key: row.into() });
+        scene.materials.rows.push(MaterialRow {
+            kind: MaterialKind::Emissive,
+            row,
+            key: row.into(),
+            detail: DetailId::NONE,
+        });
         scene.materials.emissive.push(Emissive { radiance: ColorSource::constant(Vec3::splat(100.0)), two_sided });
     }
     for key in 0..150u64 {

@@ -15,6 +15,7 @@
 
 use glam::{DVec3, Vec2, Vec3};
 
+use crate::attributes::SurfacePlace;
 use crate::hit::Hit;
 use crate::mesh::TriangleMesh;
 use crate::ray::Ray;
@@ -35,6 +36,14 @@ pub struct SurfacePoint {
     pub uv: Vec2,
     /// Bound on the distance, along the normal and in meters, between an origin at `position` and the surface as a ray sees it.
     pub error: f32,
+}
+
+impl SurfacePoint {
+    /// The point as a place on what was hit.
+    #[inline(always)]
+    pub fn place(&self, instance: u32, primitive: u32) -> SurfacePlace {
+        SurfacePlace { instance, primitive, position: self.position, uv: self.uv }
+    }
 }
 
 /// Half a unit in f32's last place, relative.

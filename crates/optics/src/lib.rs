@@ -90,6 +90,7 @@ pub mod phong;
 pub mod principled;
 pub mod refraction;
 pub mod rough_diffuse;
+pub mod shading_normal;
 pub mod sheen;
 pub mod spectrum;
 pub mod thin_film;

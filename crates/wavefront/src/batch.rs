@@ -5,7 +5,7 @@ use brewster_geometry::HitColumns;
 use crate::attribution::Attribution;
 use crate::media::MediaStacks;
 use crate::queues::{ContributionQueue, Levels, PathRayColumns, SampleColumns, ShadowQueue};
-use crate::stages::{Draws, ShadowScratch, SortedHits};
+use crate::stages::{Draws, ShadowScratch, SortedHits, TraceScratch};
 use crate::stats::Recorder;
 
 /// All queues that the rays of one tile go through. One worker owns it; once its columns have grown to what a tile needs,
@@ -24,6 +24,8 @@ pub struct Batch {
     pub sorted: SortedHits,
     /// The random numbers of hits.
     pub draws: Draws,
+    /// Memory for tracing rays on.
+    pub passing: TraceScratch,
     /// Rays toward lights.
     pub shadows: ShadowQueue,
     /// Memory for testing them.
@@ -50,6 +52,7 @@ impl Batch {
             hits: HitColumns::new(),
             sorted: SortedHits::default(),
             draws: Draws::default(),
+            passing: TraceScratch::default(),
             shadows: ShadowQueue::new(),
             scratch: ShadowScratch::default(),
             contributions: ContributionQueue::new(),
@@ -67,6 +70,7 @@ impl Batch {
             + self.hits.capacity() * HitColumns::BYTES_PER_ROW
             + self.sorted.bytes()
             + self.draws.bytes()
+            + self.passing.bytes()
             + self.shadows.capacity() * ShadowQueue::BYTES_PER_ROW
             + self.scratch.bytes()
             + self.contributions.capacity() * ContributionQueue::BYTES_PER_ROW

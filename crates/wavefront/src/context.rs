@@ -1,6 +1,6 @@
 //! What every stage of a render reads.
 
-use brewster_buffers::{Camera, Integrator, PixelFilter, SceneBuffers};
+use brewster_buffers::{Camera, Integrator, Opacity, PixelFilter, SceneBuffers};
 use brewster_film::{Filter, FilterSampler};
 use brewster_geometry::SceneGeometry;
 use brewster_optics::dispersion::PathWavelength;
@@ -31,6 +31,8 @@ pub struct Context<'a> {
     pub sampler: Sampler,
     /// How `Path`'s samples lie around their pixel.
     pub filter: FilterSampler,
+    /// Whether there are surfaces that may be absent somewhere.
+    pub has_veils: bool,
     /// What rough surfaces are expected to send on, if a ledger is kept.
     pub albedos: Option<Albedos>,
     /// How batches are scheduled.
@@ -64,6 +66,7 @@ impl<'a> Context<'a> {
             },
             sampler: Sampler::new(settings.sampler, settings.seed, settings.samples),
             filter,
+            has_veils: scene.materials.details.iter().any(|detail| detail.opacity != Opacity::Opaque),
             albedos: (policy.ledger && settings.integrator == Integrator::Path).then(|| Albedos::new(scene)),
             policy,
         }

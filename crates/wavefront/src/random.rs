@@ -194,6 +194,14 @@ impl Sampler {
         }
     }
 
+    /// One number without relation to any other, for what is decided once or not at all wherever a few words say: evenly spread it is
+    /// not.
+    #[inline]
+    pub fn scattered(&self, stream: Stream, dimension: Dimension, words: [u32; 3]) -> f32 {
+        let key = words.into_iter().fold(stream.key, |key, word| mix(key.wrapping_add(word)));
+        unit(independent(Stream { index: stream.index, key }, dimension)[0])
+    }
+
     /// The stream's place in the dimension's order of pixels and samples, and the dimension's key.
     ///
     /// Whether the rows or the columns of a square of four pixels stay together is drawn for each size of square: a fixed

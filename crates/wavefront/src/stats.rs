@@ -147,6 +147,8 @@ pub struct Counts {
     pub stages: [u64; Stage::ALL.len()],
     /// Rays that met nothing.
     pub escaped: u64,
+    /// Rays that were traced on behind surfaces that were not there, each time.
+    pub passed: u64,
     /// Hits on boundaries that are none.
     pub crossings: u64,
     /// Rays that met a surface.
@@ -190,6 +192,7 @@ impl Counts {
             *sum += count;
         }
         self.escaped += other.escaped;
+        self.passed += other.passed;
         self.crossings += other.crossings;
         self.hits += other.hits;
         self.reflections += other.reflections;
@@ -310,7 +313,7 @@ impl Stats {
     /// Rays traced of any kind, those toward lights too.
     pub fn rays(&self) -> u64 {
         let total = self.total();
-        total.traced() + total.shadow_segments
+        total.traced() + total.passed + total.shadow_segments
     }
 }
 

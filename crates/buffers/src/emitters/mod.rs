@@ -22,9 +22,7 @@ mod tree;
 
 use std::sync::Arc;
 
-use brewster_geometry::{
-    Affine, AreaSample, ShapeKind, Spread, SurfacePlace, SurfacePoint, area_scale, offset_origin, seen_from,
-};
+use brewster_geometry::{Affine, AreaSample, ShapeKind, Spread, SurfacePoint, area_scale, offset_origin, seen_from};
 use brewster_lanes::columns;
 use glam::Vec3;
 
@@ -222,8 +220,9 @@ impl SceneBuffers {
                 (surface, triangle.index, direction, factor / area * f64::from(triangle.probability))
             }
         };
-        let place = SurfacePlace { instance: instance as u32, primitive, position: surface.position, uv: surface.uv };
-        let radiance = self.color(rows.radiance[row], &place);
+        let place = surface.place(instance as u32, primitive);
+        let coverage = self.coverage(instances.material[instance], &place);
+        let radiance = self.color(rows.radiance[row], &place) * coverage;
         let target = offset_origin(&surface, -direction);
         // So far that the ray's end is off the surface by twice its error.
         let to = surface.position - point;

@@ -7,6 +7,7 @@ use brewster_optics::color::linear_from_srgb16;
 use glam::{DVec4, Vec2, Vec3, Vec4};
 
 use super::bytes::{SRGB, UNIT};
+use super::{Channel, Coordinates};
 
 /// Pixels, row by row from the top. Many textures share one by an `Arc`.
 #[derive(Clone, Debug, PartialEq)]
@@ -197,7 +198,22 @@ impl ImageTexture {
     /// Color and alpha at coordinates of its set.
     #[inline]
     pub(super) fn at(&self, uv: Vec2) -> Vec4 {
-        let uv = self.transform.apply(uv);
+        self.look(self.transform.apply(uv))
+    }
+
+    /// How much a channel grows with u and v of the picture, from half a pixel before to half a pixel behind.
+    pub(crate) fn slope(&self, at: &Coordinates, channel: Channel) -> Vec2 {
+        let uv = self.transform.apply(at.uvs[self.uv_set as usize]);
+        let slope = |axis: Vec2, size: u32| {
+            let half = axis * (0.5 / size as f32);
+            (self.look(uv + half)[channel as usize] - self.look(uv - half)[channel as usize]) * size as f32
+        };
+        Vec2::new(slope(Vec2::X, self.image.width), slope(Vec2::Y, self.image.height))
+    }
+
+    /// Color and alpha at a place of the picture.
+    #[inline]
+    fn look(&self, uv: Vec2) -> Vec4 {
         let (width, height) = (self.image.width, self.image.height);
         let [wrap_u, wrap_v] = self.wrap;
         let (x, y) = (wrap_u.within(uv.x), 1.0 - wrap_v.within(uv.y));

@@ -59,12 +59,26 @@ fn end(batch: &mut Batch, tile: &mut FilmTile<'_>) {
 /// Takes the rays that go next to what they meet: escaped ones get the background, those that meet light its radiance; the
 /// others' hits are left sorted by kind of material. Tells the rays' depth and queue; nothing when no ray waits.
 fn meet(context: &Context<'_>, batch: &mut Batch, tile: &mut FilmTile<'_>) -> Option<(u32, RaySource)> {
-    let Batch { levels, rays, ordered, hits, sorted, contributions, samples, stacks, attribution, recorder, .. } =
-        batch;
+    let Batch {
+        levels,
+        rays,
+        ordered,
+        hits,
+        passing,
+        sorted,
+        contributions,
+        samples,
+        stacks,
+        attribution,
+        recorder,
+        ..
+    } = batch;
     let (depth, source) = levels.take(context.policy.order, rays)?;
     let at = |stage| (stage, depth, source);
     recorder.stage(at(Stage::Order), rays.len(), |_| order(context.policy.sort, rays, ordered));
-    recorder.stage(at(Stage::Trace), rays.len(), |_| trace(context, rays.view(), hits, samples.view_mut()));
+    recorder.stage(at(Stage::Trace), rays.len(), |counts| {
+        trace(context, rays.view(), depth, hits, passing, samples.view_mut(), counts);
+    });
     recorder.stage(at(Stage::Absorb), rays.len(), |counts| {
         absorb(context, stacks, hits.view(), rays.view_mut(), counts);
     });

@@ -40,8 +40,7 @@ impl SurfaceHit {
     /// Where textures are looked up.
     #[inline(always)]
     pub fn place(&self) -> SurfacePlace {
-        let SurfacePoint { position, uv, .. } = self.point;
-        SurfacePlace { instance: self.instance, primitive: self.primitive, position, uv }
+        self.point.place(self.instance, self.primitive)
     }
 }
 

@@ -46,6 +46,13 @@ impl ShadowRay {
             direction: Vec3::new(self.direction_x, self.direction_y, self.direction_z),
         }
     }
+
+    /// What is left of it behind a surface at some distance.
+    #[inline(always)]
+    pub fn behind(self, origin: Vec3, distance: f32, contribution: Vec3, media: MediaId) -> ShadowRay {
+        let (origin_x, origin_y, origin_z) = origin.into();
+        ShadowRay { origin_x, origin_y, origin_z, distance: self.distance - distance, contribution, media, ..self }
+    }
 }
 
 impl<'a> ShadowRaysView<'a> {

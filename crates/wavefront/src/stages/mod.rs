@@ -31,4 +31,4 @@ pub use order::order;
 pub use record::record;
 pub use shadow::{ShadowScratch, shadow};
 pub use sort::{SortedHits, sort};
-pub use trace::trace;
+pub use trace::{TraceScratch, trace};

@@ -6,7 +6,7 @@ use glam::Vec3;
 
 use crate::context::Context;
 use crate::media::{MediaStacks, Medium};
-use crate::queues::{Contribution, ContributionQueue, End, SamplesViewMut, ShadowQueue, ShadowRay};
+use crate::queues::{Contribution, ContributionQueue, End, SamplesViewMut, ShadowQueue};
 use crate::stats::Counts;
 
 /// Memory that [`shadow`] reuses.
@@ -50,6 +50,10 @@ pub fn shadow(
     } else {
         counts.shadow_segments += queue.len() as u64;
         count_rays(queue, &mut samples);
+        scratch.next.clear();
+        if context.has_veils {
+            scratch.next.reserve(queue.capacity());
+        }
         let view = queue.view();
         scratch.blocked.resize(view.len(), false);
         occluded(&context.geometry, context.policy.level, view.rays(), view.distance, &mut scratch.blocked);
@@ -65,9 +69,20 @@ pub fn shadow(
                     trail,
                     instance: view.instance[row],
                 });
+            } else if context.has_veils {
+                scratch.next.push(view.get(row));
             }
         }
         queue.clear();
+        // What is in the way may be a veil: that is found out one surface after the other.
+        if !scratch.next.is_empty() {
+            std::mem::swap(queue, &mut scratch.next);
+        }
+        while !queue.is_empty() {
+            counts.shadow_segments += queue.len() as u64;
+            count_rays(queue, &mut samples);
+            follow(context, queue, stacks, scratch, contributions);
+        }
     }
     counts.shadowed += (sent - (contributions.len() - before)) as u64;
 }
@@ -78,8 +93,8 @@ fn count_rays(queue: &ShadowQueue, samples: &mut SamplesViewMut<'_>) {
     }
 }
 
-/// Follows each ray to the next surface: through a dielectric weakened by F_t, to its light, or not at all. Factors multiply
-/// in the order of the hits.
+/// Follows each ray to the next surface: past one that is partly absent weakened by the part that is there, through a dielectric,
+/// where it may, weakened by F_t, to its light, or not at all. Factors multiply in the order of the hits.
 fn follow(
     context: &Context<'_>,
     queue: &mut ShadowQueue,
@@ -108,12 +123,22 @@ fn follow(
             });
             continue;
         }
-        let material = scene.materials.rows.get(scene.instances.view().material[hit.instance as usize].0 as usize);
-        if material.kind != MaterialKind::Dielectric {
+        let id = scene.instances.view().material[hit.instance as usize];
+        let material = scene.materials.rows.get(id.0 as usize);
+        let is_veil = scene.is_veiled(id);
+        let is_clear = scene.settings.transparent_shadows && material.kind == MaterialKind::Dielectric;
+        if !(is_veil || is_clear) {
             continue;
         }
         let point = surface(&context.geometry, &ray.ray(), &hit);
         let direction = ray.ray().direction;
+        if is_veil {
+            contribution *= 1.0 - scene.coverage(id, &point.place(hit.instance, hit.primitive));
+            if contribution != Vec3::ZERO {
+                scratch.next.push(ray.behind(offset_origin(&point, direction), hit.t, contribution, ray.media));
+            }
+            continue;
+        }
         let inward = direction.dot(point.geometric_normal) < 0.0;
         let boundary = stacks.boundary(ray.media, Medium(material.row), inward, &dielectrics);
         if boundary.filling_before != boundary.filling_behind {
@@ -125,16 +150,7 @@ fn follow(
         if contribution == Vec3::ZERO {
             continue;
         }
-        let origin = offset_origin(&point, direction);
-        scratch.next.push(ShadowRay {
-            origin_x: origin.x,
-            origin_y: origin.y,
-            origin_z: origin.z,
-            distance: ray.distance - hit.t,
-            contribution,
-            media: boundary.behind,
-            ..ray
-        });
+        scratch.next.push(ray.behind(offset_origin(&point, direction), hit.t, contribution, boundary.behind));
     }
     std::mem::swap(queue, &mut scratch.next);
 }

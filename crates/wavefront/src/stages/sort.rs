@@ -1,6 +1,6 @@
 //! Parts hits by kind of material, and those that escaped.
 
-use brewster_buffers::MaterialKind;
+use brewster_buffers::{DetailId, MaterialKind};
 use brewster_geometry::{HitsView, offset_origin, surface};
 
 use crate::context::Context;
@@ -86,9 +86,9 @@ impl SortedHits {
 }
 
 /// Parts rays into escaped ones, crossings and hits by kind of material, in the rays' order, and finds the points of the
-/// surfaces.
+/// surfaces, with the normals to shade them.
 ///
-/// Reads: rays, hits, instances, materials. Writes: the sorted hits, which are emptied first, and the media stacks.
+/// Reads: rays, hits, instances, materials, and the textures that bend normals. Writes: the sorted hits, which are emptied first, and the media stacks.
 pub fn sort(
     context: &Context<'_>,
     rays: PathRaysView<'_>,
@@ -110,7 +110,11 @@ pub fn sort(
             continue;
         }
         let material = materials.get(instances.material[hit.instance as usize].0 as usize);
-        let point = surface(&context.geometry, &ray.ray(), &hit);
+        let mut point = surface(&context.geometry, &ray.ray(), &hit);
+        if material.detail != DetailId::NONE {
+            let place = point.place(hit.instance, hit.primitive);
+            point.shading_normal = scene.bent_normal(material.detail, &place, &point, ray.ray().direction);
+        }
         if let Some(medium) = scene.materials.medium(material) {
             let direction = ray.ray().direction;
             let inward = direction.dot(point.geometric_normal) < 0.0;

@@ -1,17 +1,164 @@
 //! Finds the closest hits.
+//!
+//! Where a surface may be absent (a cut-out, a veil), a number decides whether the ray meets it. A ray that does not is traced
+//! on from there, within the stage: no other stage ever sees what was not there. The ray keeps its origin, so what is told of
+//! the hit in the end, distance, media and densities of light sampling, is as if nothing had been on the way.
 
-use brewster_geometry::{Hit, HitColumns, closest_hits};
+use brewster_geometry::{Hit, HitColumns, Ray, Rays, closest_hits, offset_origin, surface};
+use brewster_lanes::columns;
 
 use crate::context::Context;
 use crate::queues::{PathRaysView, SamplesViewMut};
+use crate::random::Decision;
+use crate::stats::Counts;
 
-/// Finds what each ray hits first.
+columns! {
+    /// A ray that goes on behind a surface that was not there.
+    pub struct Passing => PassingColumns, PassingsView, PassingsViewMut {
+        /// Where it goes on from, in meters.
+        pub origin_x: f32,
+        /// Where it goes on from.
+        pub origin_y: f32,
+        /// Where it goes on from.
+        pub origin_z: f32,
+        /// Unit direction.
+        pub direction_x: f32,
+        /// Unit direction.
+        pub direction_y: f32,
+        /// Unit direction.
+        pub direction_z: f32,
+        /// How far it has come, in meters.
+        pub passed: f32,
+        /// Its row among those traced.
+        pub row: u32,
+    }
+}
+
+/// Memory that [`trace`] reuses. It grows where surfaces may be absent only.
+#[derive(Debug, Default)]
+pub struct TraceScratch {
+    hits: HitColumns,
+    passing: PassingColumns,
+    next: PassingColumns,
+}
+
+impl TraceScratch {
+    /// Bytes of memory taken.
+    pub fn bytes(&self) -> usize {
+        self.hits.capacity() * HitColumns::BYTES_PER_ROW
+            + (self.passing.capacity() + self.next.capacity()) * PassingColumns::BYTES_PER_ROW
+    }
+}
+
+/// Finds what each ray of a depth hits first.
 ///
-/// Reads: the rays and the trees. Writes: one hit a ray, in the rays' order, and the samples' number of rays.
-pub fn trace(context: &Context<'_>, rays: PathRaysView<'_>, hits: &mut HitColumns, samples: SamplesViewMut<'_>) {
+/// Reads: the rays, the trees, and where surfaces may be absent their textures and random numbers. Writes: one hit a ray, in the
+/// rays' order, and the samples' number of rays.
+pub fn trace(
+    context: &Context<'_>,
+    rays: PathRaysView<'_>,
+    depth: u32,
+    hits: &mut HitColumns,
+    scratch: &mut TraceScratch,
+    samples: SamplesViewMut<'_>,
+    counts: &mut Counts,
+) {
     hits.resize(rays.len(), Hit::miss());
     closest_hits(&context.geometry, context.policy.level, rays.rays(), hits.view_mut());
     for &sample in rays.sample {
         samples.rays[sample as usize] += 1;
+    }
+    if !context.has_veils {
+        return;
+    }
+    scratch.passing.clear();
+    scratch.passing.reserve(rays.len());
+    scratch.next.reserve(rays.len());
+    for row in 0..rays.len() {
+        let meeting = Meeting { ray: rays.get(row).ray(), hit: hits.get(row), row, passed: 0.0 };
+        if let Some(passing) = meeting.passed(context, rays, depth, &samples) {
+            scratch.passing.push(passing);
+        }
+    }
+    while !scratch.passing.is_empty() {
+        let passing = scratch.passing.view();
+        counts.passed += passing.len() as u64;
+        scratch.hits.resize(passing.len(), Hit::miss());
+        let onward = Rays {
+            origin: [passing.origin_x, passing.origin_y, passing.origin_z],
+            direction: [passing.direction_x, passing.direction_y, passing.direction_z],
+        };
+        closest_hits(&context.geometry, context.policy.level, onward, scratch.hits.view_mut());
+        scratch.next.clear();
+        for (at, &row) in passing.row.iter().enumerate() {
+            let row = row as usize;
+            samples.rays[rays.sample[row] as usize] += 1;
+            let (hit, passed) = (scratch.hits.get(at), passing.passed[at]);
+            hits.set(row, Hit { t: passed + hit.t, ..hit });
+            let meeting = Meeting { ray: onward.get(at), hit, row, passed };
+            if let Some(passing) = meeting.passed(context, rays, depth, &samples) {
+                scratch.next.push(passing);
+            }
+        }
+        std::mem::swap(&mut scratch.passing, &mut scratch.next);
+    }
+}
+
+/// A ray's arrival at something.
+struct Meeting {
+    ray: Ray,
+    hit: Hit,
+    /// The row of the whole ray.
+    row: usize,
+    /// How far it had come where `ray` starts.
+    passed: f32,
+}
+
+impl Meeting {
+    /// The ray behind the surface if that is not there.
+    #[inline(always)]
+    fn passed(
+        &self,
+        context: &Context<'_>,
+        rays: PathRaysView<'_>,
+        depth: u32,
+        samples: &SamplesViewMut<'_>,
+    ) -> Option<Passing> {
+        let Meeting { ray, hit, row, passed } = *self;
+        if hit.is_miss() {
+            return None;
+        }
+        let scene = context.scene;
+        let material = scene.instances.view().material[hit.instance as usize];
+        if !scene.is_veiled(material) {
+            return None;
+        }
+        let point = surface(&context.geometry, &ray, &hit);
+        let coverage = scene.coverage(material, &point.place(hit.instance, hit.primitive));
+        let is_there = coverage >= 1.0
+            || coverage > 0.0 && {
+                let sample = rays.sample[row] as usize;
+                let stream = context.sampler.stream(samples.key[sample], samples.number[sample], rays.branch[row]);
+                let dimension = Decision::Crossing.at(depth);
+                // The first number of a depth is as evenly spread as all others; later ones, of which nobody knows how many there
+                // will be, are told apart by where they are asked for.
+                let number = if passed == 0.0 {
+                    context.sampler.one(stream, dimension)
+                } else {
+                    context.sampler.scattered(stream, dimension, [hit.instance, hit.primitive, passed.to_bits()])
+                };
+                number < coverage
+            };
+        let origin = offset_origin(&point, ray.direction);
+        (!is_there).then_some(Passing {
+            origin_x: origin.x,
+            origin_y: origin.y,
+            origin_z: origin.z,
+            direction_x: ray.direction.x,
+            direction_y: ray.direction.y,
+            direction_z: ray.direction.z,
+            passed: passed + hit.t,
+            row: row as u32,
+        })
     }
 }

@@ -2,6 +2,7 @@
 //! design: meters, radians, linear Rec.709; nothing here is derived.
 
 mod camera;
+mod detail;
 mod light;
 mod material;
 mod settings;
@@ -9,6 +10,7 @@ mod shape;
 mod transform;
 
 pub use camera::{Camera, Lens, Projection};
+pub use detail::{Detail, NormalMap, Opacity};
 pub use light::{Falloff, Light};
 pub use material::{Anisotropy, Color, Iridescence, Material, Principled, Reflectance, Scalar, UsesMaterial, Volume};
 pub use settings::{Background, Settings};

@@ -1,7 +1,7 @@
 //! Materials: every entity with a [`Material`] owns a row, in the order of keys, and a row of its kind's columns.
 //!
 //! A material that keeps its kind and its number of textures costs one row. Anything else (one more, one less, another kind) writes
-//! the tables over from the first row to the last and takes the instances along.
+//! the tables over from the first row to the last and takes the instances along. So does an edit of a [`Detail`].
 
 use bevy_ecs::entity::Entity;
 use bevy_ecs::lifecycle::RemovedComponents;
@@ -9,11 +9,12 @@ use bevy_ecs::query::With;
 use bevy_ecs::resource::Resource;
 use bevy_ecs::system::{Query, ResMut};
 use brewster_buffers as buffers;
-use brewster_buffers::{MaterialId, MaterialKind, MaterialRow, Materials};
+use brewster_buffers::{DetailId, MaterialId, MaterialKind, MaterialRow, Materials};
 use brewster_optics::conductor::index_from_edge_tint;
 use brewster_optics::fresnel::{FresnelModel, f0_conductor};
 use glam::Vec3;
 
+use super::details;
 use super::directory::{Directory, Owner};
 use super::instances::InstanceIndex;
 use super::principled;
@@ -21,7 +22,7 @@ use super::report::{FlattenReport, Problem};
 use super::rows::Rows;
 use super::textures::{self, TextureWriter};
 use super::{Buffers, Edits};
-use crate::components::{Color, Material, Reflectance, SceneKey};
+use crate::components::{Color, Detail, Material, Reflectance, SceneKey};
 use crate::systems::{Watch, for_each_changed};
 
 /// Which entity has which material.
@@ -55,8 +56,8 @@ impl MaterialIndex {
 
 /// Writes the row of each material that changed within its kind, unless that is not enough.
 pub(super) fn flatten_changed_materials(
-    (watch, keys): (Watch<Material>, Watch<SceneKey, With<Material>>),
-    mut removed: RemovedComponents<Material>,
+    (watch, keys, details): (Watch<Material>, Watch<SceneKey, With<Material>>, Watch<Detail>),
+    (mut removed, mut details_gone): (RemovedComponents<Material>, RemovedComponents<Detail>),
     materials: Query<&Material>,
     mut index: ResMut<MaterialIndex>,
     mut buffers: ResMut<Buffers>,
@@ -65,6 +66,8 @@ pub(super) fn flatten_changed_materials(
     let (index, buffers) = (&mut *index, &mut buffers.0);
     let gone = |&entity: &Entity| index.directory.knows(entity) && !materials.contains(entity);
     let mut stale = removed.read().filter(gone).count() > 0;
+    stale |= details_gone.read().filter(|&entity| materials.contains(entity)).count() > 0;
+    for_each_changed(&details, |entity, _| stale |= materials.contains(entity));
     for_each_changed(&keys, |entity, key| stale |= index.directory.is_out_of_order(entity, key));
     let mut changed: Vec<(usize, Entity)> = Vec::new();
     for_each_changed(&watch, |entity, material| {
@@ -92,7 +95,7 @@ pub(super) fn flatten_changed_materials(
 
 /// Where materials came, went or changed their kind: writes the tables over and gives instances the new rows of their materials.
 pub(super) fn regroup_materials(
-    materials: Query<(Entity, &SceneKey, &Material)>,
+    materials: Query<(Entity, &SceneKey, &Material, Option<&Detail>)>,
     mut index: ResMut<MaterialIndex>,
     mut instances: ResMut<InstanceIndex>,
     mut edits: ResMut<Edits>,
@@ -103,9 +106,11 @@ pub(super) fn regroup_materials(
     if !index.stale {
         return;
     }
-    let mut sorted: Vec<(Owner, &Material)> =
-        materials.iter().map(|(entity, key, material)| (Owner { key: key.0, entity }, material)).collect();
-    sorted.sort_unstable_by_key(|(owner, _)| owner.rank());
+    let mut sorted: Vec<(Owner, &Material, Option<&Detail>)> = materials
+        .iter()
+        .map(|(entity, key, material, detail)| (Owner { key: key.0, entity }, material, detail))
+        .collect();
+    sorted.sort_unstable_by_key(|(owner, ..)| owner.rank());
 
     index.directory.invalid.clear();
     index.textures.clear();
@@ -113,8 +118,10 @@ pub(super) fn regroup_materials(
     let mut written = [0; MaterialKind::ALL.len()];
     let before = buffers.materials.rows.len();
     let mut writer = TextureWriter::new(&mut buffers.textures.rows, 0);
-    for (owner, material) in sorted {
-        let sound = check(material).map_err(Problem::Material).and_then(|()| owner.check_after(owners.last()));
+    let mut detailed: Vec<(usize, &Detail)> = Vec::new();
+    for (owner, material, detail) in sorted {
+        let sound = check(material).and_then(|()| detail.map_or(Ok(()), details::check));
+        let sound = sound.map_err(Problem::Material).and_then(|()| owner.check_after(owners.last()));
         if let Err(problem) = sound {
             index.directory.invalid.insert(owner.entity, problem);
             continue;
@@ -126,11 +133,19 @@ pub(super) fn regroup_materials(
         let filling = has_filling(material).then_some(written[MaterialKind::Dielectric as usize]);
         written[MaterialKind::Dielectric as usize] += usize::from(filling.is_some());
         let mut differs = put(&mut buffers.materials, &mut writer, material, (kind_row, filling));
-        differs |= buffers.materials.rows.put(row, MaterialRow { kind, row: kind_row as u32, key: owner.key });
+        let detail_row = detail.map_or(DetailId::NONE, |_| DetailId(detailed.len() as u32));
+        detailed.extend(detail.map(|detail| (row, detail)));
+        let material_row = MaterialRow { kind, row: kind_row as u32, key: owner.key, detail: detail_row };
+        differs |= buffers.materials.rows.put(row, material_row);
         report.materials.count(row, before, differs);
         owners.push(owner);
     }
     index.textures.push(writer.next());
+    for (detail_row, &(material, detail)) in detailed.iter().enumerate() {
+        let differs = buffers.materials.details.put(detail_row, details::row(&mut writer, detail));
+        report.materials.rewritten += usize::from(differs && material < before);
+    }
+    buffers.materials.details.truncate(detailed.len());
     report.textures = writer.finish();
     report.materials.removed = before.saturating_sub(owners.len());
     truncate(&mut buffers.materials, owners.len(), written);
@@ -254,7 +269,8 @@ fn put(
 
 /// Drops what lies beyond the rows that were written, in all tables.
 fn truncate(materials: &mut Materials, rows: usize, written: [usize; MaterialKind::ALL.len()]) {
-    let Materials { rows: all, phong, lambert, rough_diffuse, metal, dielectric, emissive, principled } = materials;
+    let Materials { rows: all, details: _, phong, lambert, rough_diffuse, metal, dielectric, emissive, principled } =
+        materials;
     all.truncate(rows);
     phong.truncate(written[MaterialKind::Phong as usize]);
     lambert.truncate(written[MaterialKind::Lambert as usize]);

@@ -4,6 +4,7 @@
 //! writes, and what makes it stale, stands at its head.
 
 mod camera;
+mod details;
 mod directory;
 mod emitters;
 mod environment;
