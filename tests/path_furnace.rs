@@ -112,6 +112,31 @@ fn rough_metals_lose_what_meets_a_second_facet() {
     }
 }
 
+/// A compensated white metal is white, within the precision of the tables.
+#[test]
+fn compensated_metals_lose_nothing() {
+    for alpha in [0.1, 0.4, 1.0] {
+        for metal in [
+            format!("Metal(r0: 1, alpha: {alpha}, compensated: true)"),
+            format!("Principled(metallic: 1, base_color: 1, roughness: {}, compensated: true)", f64::sqrt(alpha)),
+        ] {
+            let (mean, error, _) = render(&metal);
+            assert!((mean - 1.0).abs().max_element() < 5e-3 + 4.5 * error.x, "{metal}: {mean} ± {error}");
+        }
+    }
+}
+
+/// What a coat does not reflect the base does, sooner or later; within the precision of the tables.
+#[test]
+fn white_below_a_coat_is_white() {
+    for coat in ["", "roughness: 0.5", "roughness: 1, ior: 1.8"] {
+        let material = format!("Coated(base: Lambert(albedo: 1), {coat})");
+        let (mean, error, _) = render(&material);
+        assert!((mean - 1.0).abs().max_element() < 0.01 + 4.5 * error.x, "{material}: {mean} ± {error}");
+    }
+    check("Coated(base: Metal(r0: 1))", DVec3::ONE);
+}
+
 /// In rough glass light meets facets any number of times: the picture misses what the ledger expects to be lost, behind
 /// a film, too.
 #[test]

@@ -30,11 +30,12 @@ pub use ids::{DetailId, InstanceId, MaterialId, TextureId};
 pub use instances::{Instance, InstanceColumns, InstancesView, InstancesViewMut};
 pub use lights::{Illumination, Light, LightColumns, LightKind, LightSample, LightsView, LightsViewMut};
 pub use materials::{
-    Dielectric, DielectricColumns, DielectricsView, DielectricsViewMut, Emissive, EmissiveColumns, EmissivesView,
-    EmissivesViewMut, Lambert, LambertColumns, LambertsView, LambertsViewMut, MaterialKind, MaterialRow,
-    MaterialRowColumns, MaterialRowsView, MaterialRowsViewMut, Materials, Metal, MetalColumns, MetalsView,
-    MetalsViewMut, Phong, PhongColumns, PhongsView, PhongsViewMut, Principled, PrincipledColumns, PrincipledsView,
-    PrincipledsViewMut, RoughDiffuse, RoughDiffuseColumns, RoughDiffusesView, RoughDiffusesViewMut,
+    Coated, CoatedColumns, CoatedsView, CoatedsViewMut, Dielectric, DielectricColumns, DielectricsView,
+    DielectricsViewMut, Emissive, EmissiveColumns, EmissivesView, EmissivesViewMut, Lambert, LambertColumns,
+    LambertsView, LambertsViewMut, MaterialKind, MaterialRow, MaterialRowColumns, MaterialRowsView,
+    MaterialRowsViewMut, Materials, Metal, MetalColumns, MetalsView, MetalsViewMut, Phong, PhongColumns, PhongsView,
+    PhongsViewMut, Principled, PrincipledColumns, PrincipledsView, PrincipledsViewMut, RoughDiffuse,
+    RoughDiffuseColumns, RoughDiffusesView, RoughDiffusesViewMut,
 };
 pub use settings::{Integrator, PixelFilter, SamplerKind, Settings, ToneMapping};
 pub use textures::{

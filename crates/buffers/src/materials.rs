@@ -26,11 +26,13 @@ pub enum MaterialKind {
     Emissive,
     /// glTF's material.
     Principled,
+    /// A clear coat over a Lambert material or a metal.
+    Coated,
 }
 
 impl MaterialKind {
     /// All kinds, in the order in which a bounce shades them.
-    pub const ALL: [MaterialKind; 7] = [
+    pub const ALL: [MaterialKind; 8] = [
         MaterialKind::Phong,
         MaterialKind::Lambert,
         MaterialKind::RoughDiffuse,
@@ -38,6 +40,7 @@ impl MaterialKind {
         MaterialKind::Dielectric,
         MaterialKind::Emissive,
         MaterialKind::Principled,
+        MaterialKind::Coated,
     ];
 
     /// The name used in counters and reports.
@@ -50,6 +53,7 @@ impl MaterialKind {
             MaterialKind::Dielectric => "dielectric",
             MaterialKind::Emissive => "emissive",
             MaterialKind::Principled => "principled",
+            MaterialKind::Coated => "coated",
         }
     }
 }
@@ -118,6 +122,8 @@ columns! {
         pub alpha: f32,
         /// A film on it; read by `FresnelModel::Exact` only.
         pub film: Option<Film>,
+        /// Whether the light that meets more than one facet is kept.
+        pub compensated: bool,
         /// Factor of the highlight, beside R_0.
         pub specular: ColorSource,
         /// Exponent of the highlight.
@@ -207,6 +213,8 @@ columns! {
         pub iridescence_thickness: [f32; 2],
         /// Which of both, or what lies between.
         pub iridescence_thickness_source: ScalarSource,
+        /// Whether the metal keeps the light that meets more than one facet.
+        pub compensated: bool,
         /// Radiance in nit, from both sides.
         pub emission: ColorSource,
     }
@@ -215,6 +223,22 @@ columns! {
 impl Principled {
     /// In place of a row of dielectrics.
     pub const NO_MEDIUM: u32 = u32::MAX;
+}
+
+columns! {
+    /// A clear coat over another material: `brewster_optics::layered`.
+    pub struct Coated => CoatedColumns, CoatedsView, CoatedsViewMut {
+        /// The kind of what lies below: Lambert or metal.
+        pub base: MaterialKind,
+        /// Its row among those of its kind.
+        pub base_row: u32,
+        /// The coat's index of refraction.
+        pub ior: f32,
+        /// The coat's GGX width, 0 (smooth) to 1.
+        pub alpha: f32,
+        /// What the coat absorbs along the normal: coefficient times thickness.
+        pub depth: Vec3,
+    }
 }
 
 /// All materials.
@@ -226,11 +250,11 @@ pub struct Materials {
     pub details: Vec<Detail>,
     /// Parameters of [`MaterialKind::Phong`].
     pub phong: PhongColumns,
-    /// Parameters of [`MaterialKind::Lambert`].
+    /// Parameters of [`MaterialKind::Lambert`], and of such below coats.
     pub lambert: LambertColumns,
     /// Parameters of [`MaterialKind::RoughDiffuse`].
     pub rough_diffuse: RoughDiffuseColumns,
-    /// Parameters of [`MaterialKind::Metal`].
+    /// Parameters of [`MaterialKind::Metal`], and of such below coats.
     pub metal: MetalColumns,
     /// Parameters of [`MaterialKind::Dielectric`], and the insides of other materials that have one.
     pub dielectric: DielectricColumns,
@@ -238,6 +262,8 @@ pub struct Materials {
     pub emissive: EmissiveColumns,
     /// Parameters of [`MaterialKind::Principled`].
     pub principled: PrincipledColumns,
+    /// Parameters of [`MaterialKind::Coated`].
+    pub coated: CoatedColumns,
 }
 
 impl Materials {
@@ -249,6 +275,18 @@ impl Materials {
             MaterialKind::Dielectric => (!self.dielectric.view().thin[row]).then_some(material.row),
             MaterialKind::Principled => {
                 Some(self.principled.view().medium[row]).filter(|&medium| medium != Principled::NO_MEDIUM)
+            }
+            _ => None,
+        }
+    }
+
+    /// The row that a material has of another kind beside that of its own: what fills it, or what lies below its coat.
+    pub fn second(&self, material: MaterialRow) -> Option<(MaterialKind, u32)> {
+        match material.kind {
+            MaterialKind::Principled => self.medium(material).map(|row| (MaterialKind::Dielectric, row)),
+            MaterialKind::Coated => {
+                let coated = self.coated.get(material.row as usize);
+                Some((coated.base, coated.base_row))
             }
             _ => None,
         }

@@ -62,8 +62,18 @@ impl SceneBuffers {
 
     /// Rows of a kind stand in the order of the materials that they belong to, one each.
     fn validate_materials(&self) -> Outcome {
-        let Materials { rows, details: _, phong, lambert, rough_diffuse, metal, dielectric, emissive, principled } =
-            &self.materials;
+        let Materials {
+            rows,
+            details: _,
+            phong,
+            lambert,
+            rough_diffuse,
+            metal,
+            dielectric,
+            emissive,
+            principled,
+            coated,
+        } = &self.materials;
         ascending("materials", rows.view().key.iter().copied())?;
         let mut owned = [0; MaterialKind::ALL.len()];
         for row in 0..rows.len() {
@@ -73,11 +83,11 @@ impl SceneBuffers {
                 format!("material {row} is {} row {} instead of {expected}", material.kind.name(), material.row)
             })?;
             *expected += 1;
-            if material.kind == MaterialKind::Principled
-                && let Some(medium) = self.materials.medium(material)
-            {
-                let expected = &mut owned[MaterialKind::Dielectric as usize];
-                require(medium == *expected, || format!("material {row} has medium {medium} instead of {expected}"))?;
+            if let Some((kind, second)) = self.materials.second(material) {
+                let expected = &mut owned[kind as usize];
+                require(second == *expected, || {
+                    format!("material {row} has {} {second}, not {expected}", kind.name())
+                })?;
                 *expected += 1;
             }
         }
@@ -89,6 +99,7 @@ impl SceneBuffers {
             dielectric.len(),
             emissive.len(),
             principled.len(),
+            coated.len(),
         ];
         for ((kind, owned), length) in MaterialKind::ALL.into_iter().zip(owned).zip(lengths) {
             require(owned as usize == length, || format!("{length} {} rows for {owned} materials", kind.name()))?;
@@ -115,7 +126,7 @@ impl SceneBuffers {
         let finite = vectors.into_iter().flatten().all(|v| v.is_finite())
             && numbers.into_iter().flatten().all(|x| x.is_finite());
         require(finite, || "a material has a number that is not finite".to_owned())?;
-        let parts = [rough_diffuse.roughness, metal.alpha, dielectric.alpha];
+        let parts = [rough_diffuse.roughness, metal.alpha, dielectric.alpha, coated.view().alpha];
         let are_parts = parts.into_iter().flatten().all(|part| (0.0..=1.0).contains(part));
         require(are_parts, || "a material has a roughness outside 0 to 1".to_owned())?;
         let mut films = metal.film.iter().chain(dielectric.film).flatten();

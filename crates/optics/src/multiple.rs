@@ -70,6 +70,18 @@ impl CompensatedMirror {
         (pdf > 0.0).then(|| LobeSample { direction, weight: f_cos / pdf, pdf, radiance_scale: 1.0 })
     }
 
+    /// The second lobe is this times the loss of both directions.
+    #[inline(always)]
+    pub(crate) fn color_over_loss(&self) -> Vec3 {
+        self.color / self.average_loss
+    }
+
+    /// What the second lobe reflects of the light from a direction.
+    #[inline(always)]
+    pub fn further(&self, view: Vec3) -> Vec3 {
+        self.color * self.loss(view)
+    }
+
     /// The part of white light from `w` that a single scattering loses.
     #[inline(always)]
     fn loss(&self, w: Vec3) -> f32 {

@@ -55,6 +55,8 @@ pub enum Stage {
     ScatterDielectric,
     /// Scatters at principled materials.
     ScatterPrincipled,
+    /// Scatters at coated materials.
+    ScatterCoated,
     /// Tests rays toward lights.
     Shadow,
     /// Adds contributions to their samples.
@@ -65,7 +67,7 @@ pub enum Stage {
 
 impl Stage {
     /// All stages.
-    pub const ALL: [Stage; 23] = [
+    pub const ALL: [Stage; 24] = [
         Stage::Generate,
         Stage::Order,
         Stage::Trace,
@@ -86,6 +88,7 @@ impl Stage {
         Stage::ScatterMetal,
         Stage::ScatterDielectric,
         Stage::ScatterPrincipled,
+        Stage::ScatterCoated,
         Stage::Shadow,
         Stage::Gather,
         Stage::Fold,
@@ -103,7 +106,8 @@ impl Stage {
             | Stage::ScatterRoughDiffuse
             | Stage::ScatterMetal
             | Stage::ScatterDielectric
-            | Stage::ScatterPrincipled => integrator == Integrator::Path,
+            | Stage::ScatterPrincipled
+            | Stage::ScatterCoated => integrator == Integrator::Path,
             _ => true,
         }
     }
@@ -131,6 +135,7 @@ impl Stage {
             Stage::ScatterMetal => "scatter_metal",
             Stage::ScatterDielectric => "scatter_dielectric",
             Stage::ScatterPrincipled => "scatter_principled",
+            Stage::ScatterCoated => "scatter_coated",
             Stage::Shadow => "shadow",
             Stage::Gather => "gather",
             Stage::Fold => "fold",

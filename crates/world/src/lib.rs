@@ -22,7 +22,7 @@
 //! assert_eq!(buffers.shapes.spheres[0].radius, 1.0);
 //! assert_eq!(buffers.lights.get(0).position, Vec3::new(0.0, 3.0, 0.0));
 //! let material = buffers.materials.rows.get(buffers.instances.get(0).material.0 as usize);
-//! assert_eq!(buffers.materials.lambert.get(material.row as usize).albedo.constant, Vec3::splat(0.5));
+//! assert_eq!(buffers.materials.lambert.get(material.row as usize).albedo.factor, Vec3::splat(0.5));
 //!
 //! // An edit costs what it touched: one row here, and a refit of the tree.
 //! scene.world_mut().get_mut::<Transform>(ball).unwrap().0.translation.x = 2.0;

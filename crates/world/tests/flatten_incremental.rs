@@ -232,7 +232,7 @@ impl Editor {
     fn material(&mut self) -> Material {
         let exponent = if self.random.below(30) == 0 { f32::NAN } else { 10.0 * self.random.unit() };
         let fresnel = FresnelModel::Schlick;
-        match self.random.below(10) {
+        match self.random.below(11) {
             0 => Material::Phong { ambient: self.color(), diffuse: self.color(), specular: self.color(), exponent },
             1 => Material::Lambert { albedo: self.color() },
             2 => Material::Metal {
@@ -242,6 +242,7 @@ impl Editor {
                 exponent,
                 alpha: self.random.unit(),
                 film: None,
+                compensated: false,
             },
             3 => {
                 let reflectance = Reflectance::Index { eta: Vec3::splat(0.2), k: self.random.vector(3.0).abs() };
@@ -252,6 +253,7 @@ impl Editor {
                     exponent,
                     alpha: 0.0,
                     film: self.film(),
+                    compensated: false,
                 }
             }
             4 => {
@@ -280,10 +282,33 @@ impl Editor {
                     exponent,
                     alpha: 0.0,
                     film: None,
+                    compensated: false,
                 }
             }
             7 => Material::Emissive { radiance: self.color(), two_sided: self.random.below(2) == 0 },
+            8 => Material::Coated {
+                base: Box::new(self.base()),
+                ior: 1.5,
+                alpha: self.random.unit(),
+                absorption: Vec3::ONE,
+                thickness: 0.1,
+            },
             _ => Material::Principled(Box::new(self.principled())),
+        }
+    }
+
+    fn base(&mut self) -> Material {
+        if self.random.below(2) == 0 {
+            return Material::Lambert { albedo: self.color() };
+        }
+        Material::Metal {
+            reflectance: Reflectance::Index { eta: Vec3::ONE, k: Vec3::ONE },
+            fresnel: FresnelModel::Exact,
+            specular: self.color(),
+            exponent: 1.0,
+            alpha: 0.1,
+            film: None,
+            compensated: false,
         }
     }
 

@@ -133,6 +133,7 @@ fn materials_that_are_none_are_left_out() {
         exponent: 1.0,
         alpha: 0.0,
         film: None,
+        compensated: false,
     };
     let rough_metal = |alpha| Material::Metal {
         reflectance: Reflectance::Normal { r0: Color::WHITE, f82: Vec3::ONE },
@@ -141,6 +142,7 @@ fn materials_that_are_none_are_left_out() {
         exponent: 1.0,
         alpha,
         film: None,
+        compensated: false,
     };
     let filmed = |fresnel, ior, thickness| Material::Metal {
         reflectance: Reflectance::Index { eta: Vec3::ONE, k: Vec3::ONE },
@@ -149,6 +151,7 @@ fn materials_that_are_none_are_left_out() {
         exponent: 1.0,
         alpha: 0.0,
         film: Some(Film { ior, thickness }),
+        compensated: false,
     };
     let normal = |r0| Reflectance::Normal { r0: Color::gray(r0), f82: Vec3::ONE };
     let edge = |r0, tint| Reflectance::EdgeTint { r0: Vec3::splat(r0), edge_tint: Vec3::splat(tint) };

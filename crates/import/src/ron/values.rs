@@ -31,6 +31,16 @@ impl<T: Decode> Decode for Spanned<T> {
     }
 }
 
+impl<T: Decode> Decode for Box<T> {
+    fn kind() -> Kind {
+        T::kind()
+    }
+
+    fn decode(node: &Node, context: &mut Context) -> Option<Self> {
+        T::decode(node, context).map(Box::new)
+    }
+}
+
 impl<T: Decode> Decode for Option<T> {
     fn kind() -> Kind {
         Kind::Optional(Box::new(T::kind()))

@@ -91,7 +91,7 @@ fn every_rough_material_says_what_it_says() {
     let gray = Color::gray;
     let metal = |reflectance, fresnel, alpha| {
         let (specular, exponent) = (gray(1.0), 100.0);
-        Material::Metal { reflectance, fresnel, specular, exponent, alpha, film: None }
+        Material::Metal { reflectance, fresnel, specular, exponent, alpha, film: None, compensated: false }
     };
     let normal = |f82| Reflectance::Normal { r0: gray(0.5), f82 };
     let edged = Reflectance::EdgeTint { r0: Vec3::new(0.25, 0.5, 0.75), edge_tint: Vec3::splat(0.5) };
@@ -102,6 +102,7 @@ fn every_rough_material_says_what_it_says() {
         exponent: 100.0,
         alpha: 0.0,
         film: Some(Film { ior: 1.5, thickness: 250.0 }),
+        compensated: false,
     };
     let dielectric = |ior, alpha, film, thin| Material::Dielectric {
         ior,

@@ -56,6 +56,7 @@ fn every_material_says_what_it_says() {
         exponent,
         alpha: 0.0,
         film: None,
+        compensated: false,
     };
     let index = Reflectance::Index { eta: Vec3::new(0.5, 1.0, 2.0), k: Vec3::splat(3.0) };
     let normal = Reflectance::Normal { r0: Color::Constant(Vec3::new(0.25, 0.5, 0.75)), f82: Vec3::ONE };

@@ -6,7 +6,8 @@
 //! - **Specular**, to the letter of the specification's Appendix B, KHR_materials_ior and KHR_materials_specular: GGX of
 //!   `alpha = roughness²` with separable shadowing, Schlick's Fresnel value; a metal's `f0` is the base color, a dielectric's
 //!   `((ior-1)/(ior+1))²` times the specular color and at most 1, weighted by `specular`; metal and dielectric are mixed
-//!   by `metallic`. KHR_materials_anisotropy widens the facets along one direction.
+//!   by `metallic`. KHR_materials_anisotropy widens the facets along one direction. Beyond the letter, a metal can be told to
+//!   keep the light that [meets more than one facet](crate::multiple).
 //! - **Diffuse**: Appendix B weights Lambert's lobe by what the layer above does not reflect at the half vector, and says
 //!   that this breaks the conservation of energy (white plastic at grazing incidence sends back 1.7 of the light). Here
 //!   it is the coupling that the appendix names instead, `(1-E(view)) (1-E(light))/(π (1-Ē))` of C. Kulla and A. Conty,
@@ -36,6 +37,7 @@ use crate::albedo_table;
 use crate::fresnel::{self, f0_dielectric};
 use crate::lobe::{DELTA, LobeSample, LobeSplit, LobeValue, mean};
 use crate::microfacet::{Ggx, RoughDielectric, SMOOTH_ALPHA};
+use crate::multiple::CompensatedMirror;
 use crate::sheen;
 use crate::thin_film::Film;
 use crate::warp;
@@ -85,6 +87,8 @@ pub struct Parameters {
     pub diffuse_transmission_color: Vec3,
     /// What lies behind.
     pub interface: Interface,
+    /// Whether the metal keeps the light that meets more than one facet, which the appendix loses.
+    pub compensated: bool,
     /// The part that a thin film covers.
     pub iridescence: f32,
     /// The film.
@@ -102,6 +106,8 @@ pub struct Principled {
     /// The same of the layer over the diffuse base, in its strongest channel.
     layer: [f32; 2],
     diffuse: Vec3,
+    /// What further facets leave of the light that the metal's first ones lose, over the mean loss.
+    further: Vec3,
     /// What the diffuse base sends to the other side.
     through: Vec3,
     /// The part of even light that the layer lets in, 1-Ē.
@@ -173,6 +179,7 @@ impl Default for Parameters {
             diffuse_transmission: 0.0,
             diffuse_transmission_color: Vec3::ONE,
             interface: Interface::Sheet,
+            compensated: false,
             iridescence: 0.0,
             film: Film { ior: 1.3, thickness: 400.0 },
         }
@@ -200,6 +207,7 @@ impl Principled {
             f90: specular * opaque + metallic,
             layer,
             diffuse: base_color * (opaque * (1.0 - parameters.diffuse_transmission)),
+            further: if parameters.compensated { further(base_color, alpha) * metallic } else { Vec3::ZERO },
             through: parameters.diffuse_transmission_color * (opaque * parameters.diffuse_transmission),
             entering: 1.0 - average,
             glass: (glass > 0.0).then(|| Glass::new(parameters, glass)),
@@ -296,7 +304,8 @@ impl Principled {
             None => 0.0,
         };
         let parts = self.parts(view);
-        Some(self.specular(&parts, view) + (self.diffuse + self.through) * (1.0 - parts.layer) + glass)
+        let diffuse = (self.diffuse + self.through) * (1.0 - parts.layer);
+        Some(self.specular(&parts, view) + self.of_further(&parts) + diffuse + glass)
     }
 
     #[inline(always)]
@@ -314,7 +323,8 @@ impl Principled {
         } else {
             let specular = self.facets.reflection(view, light, |cosine| self.fresnel(cosine));
             let pdf = chances.specular * specular.pdf + chances.diffuse * cosine;
-            (specular.f_cos + self.diffuse * coupled, pdf)
+            let further = self.further * ((1.0 - from.whole) * (1.0 - to.whole) * cosine);
+            (specular.f_cos + self.diffuse * coupled + further, pdf)
         };
         let mut chosen = pdf;
         if let Some(glass) = &self.glass {
@@ -414,6 +424,12 @@ impl Principled {
         }
     }
 
+    /// What further facets reflect of the light from a direction.
+    #[inline(always)]
+    fn of_further(&self, parts: &Parts) -> Vec3 {
+        self.further * ((1.0 - parts.whole) * (1.0 - albedo_table::mirror_average(self.facets.mean_alpha())))
+    }
+
     /// What the layer above leaves of diffuse light, times π. The mean of a film's is not known: under it less comes back.
     #[inline(always)]
     fn coupled(&self, from: &Parts, to: &Parts) -> f32 {
@@ -467,7 +483,8 @@ impl Principled {
         };
         let entering = below * (1.0 - parts.layer);
         let specular = below * mean(self.specular(parts, view));
-        let (diffuse, through) = (entering * mean(self.diffuse), entering * mean(self.through));
+        let diffuse = entering * mean(self.diffuse) + below * mean(self.of_further(parts));
+        let through = entering * mean(self.through);
         let glass = self.glass.as_ref().map_or(0.0, |glass| below * glass.sent(view));
         let scale = 1.0 / (clearcoat + sheen + specular + diffuse + through + glass).max(f32::MIN_POSITIVE);
         Chances {
@@ -543,6 +560,14 @@ impl Filmed {
     fn layer(&self, cosine: f32) -> f32 {
         if self.dielectric == Vec3::ZERO { 0.0 } else { (self.over_dielectric(cosine) * self.layer).max_element() }
     }
+}
+
+/// The color of a metal's [second lobe](crate::multiple) over its mean loss; Schlick's curve from `f0` reflects `f0 + (1-f0)/21` of
+/// even light.
+#[inline(always)]
+fn further(f0: Vec3, alpha: f32) -> Vec3 {
+    let mirror = CompensatedMirror::new(Ggx::isotropic(alpha), f0 + (Vec3::ONE - f0) / 21.0);
+    mirror.color_over_loss()
 }
 
 /// What facets of a Schlick curve from `f0` to `f90` reflect in all, by the entries of the table.

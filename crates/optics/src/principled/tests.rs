@@ -148,6 +148,23 @@ fn a_furnace_finds_what_is_stated() {
     }
 }
 
+/// What further facets send back fills up what first ones lose: a white metal is white.
+#[test]
+fn compensated_metal_keeps_all_light() {
+    for roughness in [0.3, 0.7, 1.0] {
+        for cosine in [0.9, 0.2] {
+            let facets = Ggx::from_roughness(roughness);
+            let metal = Parameters { facets, compensated: true, ..Parameters::default() };
+            let (sent, stated) = (green(&metal, at(cosine)), Principled::new(&metal).albedo(at(cosine)));
+            assert!((sent - 1.0).abs() < 5e-3, "{roughness} {cosine}: {sent}");
+            assert!((stated.expect("no layers").y as f64 - sent).abs() < 5e-3, "{roughness} {cosine}: {stated:?}");
+            // Half as much metal makes up for half of its loss, and white plastic loses nothing.
+            let half = Parameters { metallic: 0.5, ..metal };
+            assert!((green(&half, at(cosine)) - 1.0).abs() < 5e-3, "{roughness} {cosine}");
+        }
+    }
+}
+
 /// White under every layer: no more than all light comes back, nor more than stated.
 #[test]
 fn layers_make_no_energy() {
@@ -168,7 +185,9 @@ fn layers_make_no_energy() {
 
 #[test]
 fn samples_follow_their_density() {
-    for (name, parameters) in [("plastic", plastic(0.5)), ("motley", motley(0.6)), ("cloth", motley(1.0))] {
+    for (name, parameters) in
+        [("plastic", plastic(0.5)), ("motley", Parameters { compensated: true, ..motley(0.6) }), ("cloth", motley(1.0))]
+    {
         for cosine in [0.9, 0.3] {
             let (surface, view) = (Principled::new(&parameters), at(cosine));
             let test = SphereTest { focus: Focus::SPHERE, family: 6 };
@@ -350,10 +369,10 @@ fn parameters() -> impl Strategy<Value = Parameters> {
                 .prop_map(|(eta_i, eta_t, inside)| Interface::Boundary { eta_i, eta_t, inside }),
         ];
     let beyond = (unit(), unit(), color(), interface, unit(), real(1.0, 2.5), real(0.0, 1000.0));
-    let angle = (real(0.0, 6.3), unit());
+    let angle = (real(0.0, 6.3), unit(), prop_oneof![Just(false), Just(true)]);
     let ior = prop_oneof![Just(0.0), Just(1.0), real(1.0, 3.0)];
     (color(), unit(), unit(), ior, unit(), color(), layers, beyond, angle).prop_map(
-        |(base_color, metallic, roughness, ior, specular, tint, layers, beyond, (angle, strength))| {
+        |(base_color, metallic, roughness, ior, specular, tint, layers, beyond, (angle, strength, compensated))| {
             let (clearcoat, coat, sheen_color, sheen_alpha) = layers;
             let (
                 transmission,
@@ -381,6 +400,7 @@ fn parameters() -> impl Strategy<Value = Parameters> {
                 diffuse_transmission,
                 diffuse_transmission_color,
                 interface,
+                compensated,
                 iridescence,
                 film: Film { ior: film, thickness },
             }

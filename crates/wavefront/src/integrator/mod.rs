@@ -16,6 +16,7 @@
 //! | Metal | highlight · R_0, mirror image · F_r; a film: an error | smooth or GGX, with a thin film; no highlight |
 //! | Dielectric | highlights · F_r or F_t; reflection · F_r and transmission · F_t; absorption inside; a film: an error | smooth, GGX or thin, with a thin film; F_r and F_t by chance, above `split_depth` both; absorption inside; radiance over the squared index is what crosses |
 //! | Principled | an error | glTF's lobes: reflection and transmission by chance, above `split_depth` both; its emission lights whatever sees it |
+//! | Coated | an error | a smooth or GGX coat over Lambert's surface or metal; what it absorbs |
 //! | Emissive | its radiance where a ray meets it; it lights nothing else | lights whatever sees it |
 //! | point, spot, directional light | direct light and highlights | direct light, on what is not smooth |
 //! | ambient light | Phong's ambient term | nothing: it is for Phong alone |

@@ -62,6 +62,7 @@ pub fn path(context: &Context<'_>, samples: Range<u32>, batch: &mut Batch, tile:
         scatter!(Stage::ScatterMetal, sorted.metal);
         scatter!(Stage::ScatterDielectric, sorted.dielectric);
         scatter!(Stage::ScatterPrincipled, sorted.principled);
+        scatter!(Stage::ScatterCoated, sorted.coated);
     }
     end(batch, tile);
 }

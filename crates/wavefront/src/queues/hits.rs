@@ -138,4 +138,6 @@ kinds! {
     OnEmissive EmissiveHits;
     /// Hits on principled materials.
     OnPrincipled PrincipledHits;
+    /// Hits on coated materials.
+    OnCoated CoatedHits;
 }

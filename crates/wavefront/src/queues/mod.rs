@@ -45,10 +45,10 @@ pub use contributions::{
 };
 pub use escaped::{Escaped, EscapedColumns, EscapedQueue, EscapedView, EscapedViewMut};
 pub use hits::{
-    Crossing, CrossingColumns, CrossingQueue, CrossingsView, CrossingsViewMut, DielectricHits, EmissiveHits, HitQueue,
-    HitsOf, LambertHits, MetalHits, OnDielectric, OnEmissive, OnLambert, OnMetal, OnPhong, OnPrincipled,
-    OnRoughDiffuse, PhongHits, PrincipledHits, RoughDiffuseHits, SurfaceHit, SurfaceHitColumns, SurfaceHitsView,
-    SurfaceHitsViewMut,
+    CoatedHits, Crossing, CrossingColumns, CrossingQueue, CrossingsView, CrossingsViewMut, DielectricHits,
+    EmissiveHits, HitQueue, HitsOf, LambertHits, MetalHits, OnCoated, OnDielectric, OnEmissive, OnLambert, OnMetal,
+    OnPhong, OnPrincipled, OnRoughDiffuse, PhongHits, PrincipledHits, RoughDiffuseHits, SurfaceHit, SurfaceHitColumns,
+    SurfaceHitsView, SurfaceHitsViewMut,
 };
 pub use levels::{DepthQueues, Levels};
 pub use primary::PrimaryQueue;

@@ -36,13 +36,18 @@ pub fn record(
 }
 
 /// The color that a surface gives to the light that it sends back or lets through, for denoisers: diffuse albedo, a metal's
-/// reflectance along the normal in vacuum, a principled base color, white for what lets through all that it does not reflect, black for emitters, which
+/// reflectance along the normal in vacuum, a principled base color, what lies below a coat, white for what lets through all that it does not reflect, black for emitters, which
 /// reflect nothing.
 fn albedo(context: &Context<'_>, material: u32, hit: &SurfaceHit) -> Vec3 {
     let scene = context.scene;
-    let row = hit.material as usize;
+    let material = scene.materials.rows.get(material as usize);
+    let (kind, row) = match material.kind {
+        MaterialKind::Coated => scene.materials.second(material).expect("a coat has a base"),
+        kind => (kind, material.row),
+    };
+    let row = row as usize;
     let color = |source| scene.color(source, &hit.place());
-    match scene.materials.rows.view().kind[material as usize] {
+    match kind {
         MaterialKind::Phong => color(scene.materials.phong.view().diffuse[row]),
         MaterialKind::Lambert => color(scene.materials.lambert.view().albedo[row]),
         MaterialKind::RoughDiffuse => color(scene.materials.rough_diffuse.view().albedo[row]),
@@ -56,5 +61,6 @@ fn albedo(context: &Context<'_>, material: u32, hit: &SurfaceHit) -> Vec3 {
         MaterialKind::Dielectric => Vec3::ONE,
         MaterialKind::Emissive => Vec3::ZERO,
         MaterialKind::Principled => color(scene.materials.principled.view().base_color[row]),
+        MaterialKind::Coated => unreachable!("coats lie over other kinds"),
     }
 }

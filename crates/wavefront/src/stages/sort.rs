@@ -6,8 +6,8 @@ use brewster_geometry::{HitsView, offset_origin, surface};
 use crate::context::Context;
 use crate::media::{MediaStacks, Medium};
 use crate::queues::{
-    Crossing, CrossingQueue, DielectricHits, EmissiveHits, Escaped, EscapedQueue, LambertHits, MetalHits, PathRaysView,
-    PhongHits, PrincipledHits, RoughDiffuseHits, SurfaceHit, SurfaceHitColumns, SurfaceHitsView,
+    CoatedHits, Crossing, CrossingQueue, DielectricHits, EmissiveHits, Escaped, EscapedQueue, LambertHits, MetalHits,
+    PathRaysView, PhongHits, PrincipledHits, RoughDiffuseHits, SurfaceHit, SurfaceHitColumns, SurfaceHitsView,
 };
 use crate::stats::Counts;
 
@@ -32,6 +32,8 @@ pub struct SortedHits {
     pub emissive: EmissiveHits,
     /// Hits on principled materials.
     pub principled: PrincipledHits,
+    /// Hits on coated materials.
+    pub coated: CoatedHits,
 }
 
 impl SortedHits {
@@ -46,6 +48,7 @@ impl SortedHits {
         self.dielectric.clear();
         self.emissive.clear();
         self.principled.clear();
+        self.coated.clear();
     }
 
     /// Runs over the hits of every kind.
@@ -57,6 +60,7 @@ impl SortedHits {
         run(self.dielectric.view().columns());
         run(self.emissive.view().columns());
         run(self.principled.view().columns());
+        run(self.coated.view().columns());
     }
 
     /// Bytes of memory taken.
@@ -67,7 +71,8 @@ impl SortedHits {
             + self.metal.capacity()
             + self.dielectric.capacity()
             + self.emissive.capacity()
-            + self.principled.capacity();
+            + self.principled.capacity()
+            + self.coated.capacity();
         kinds * SurfaceHitColumns::BYTES_PER_ROW
             + self.escaped.capacity() * EscapedQueue::BYTES_PER_ROW
             + self.crossings.capacity() * CrossingQueue::BYTES_PER_ROW
@@ -82,6 +87,7 @@ impl SortedHits {
             + self.dielectric.len()
             + self.emissive.len()
             + self.principled.len()
+            + self.coated.len()
     }
 }
 
@@ -143,6 +149,7 @@ pub fn sort(
             MaterialKind::Dielectric => sorted.dielectric.push(hit),
             MaterialKind::Emissive => sorted.emissive.push(hit),
             MaterialKind::Principled => sorted.principled.push(hit),
+            MaterialKind::Coated => sorted.coated.push(hit),
         }
     }
     counts.escaped += sorted.escaped.len() as u64;

@@ -53,6 +53,8 @@ pub enum Material {
         alpha: f32,
         /// A film on it, for the Fresnel equations only.
         film: Option<Film>,
+        /// Whether a rough one keeps the light that meets more than one facet.
+        compensated: bool,
     },
     /// A transparent solid: reflects F_r and transmits 1 - F_r.
     Dielectric {
@@ -87,6 +89,19 @@ pub enum Material {
     },
     /// glTF's metallic-roughness material.
     Principled(Box<Principled>),
+    /// A clear coat over another material: varnish, lacquer, the glaze of china.
+    Coated {
+        /// What lies below: Lambert or metal.
+        base: Box<Material>,
+        /// The coat's index of refraction, 1 or more.
+        ior: f32,
+        /// The coat's GGX width, 0 (smooth) to 1.
+        alpha: f32,
+        /// Beer-Lambert coefficient of the coat, per meter, zero or more.
+        absorption: Vec3,
+        /// The coat's thickness in meters, zero or more; for absorption alone.
+        thickness: f32,
+    },
 }
 
 /// glTF 2.0's metallic-roughness material with the extensions named `KHR_materials_`: every field as their specification
@@ -125,6 +140,8 @@ pub struct Principled {
     pub volume: Option<Volume>,
     /// A film whose interference colors the reflection.
     pub iridescence: Iridescence,
+    /// Whether a rough metal keeps the light that meets more than one facet, which glTF loses.
+    pub compensated: bool,
     /// How much the index depends on the wavelength: 20 over the Abbe number, zero or more. Of a volume only.
     pub dispersion: f32,
     /// Radiance in nit, zero or more; from both sides.
@@ -295,6 +312,7 @@ impl Default for Principled {
                 thickness: [100.0, 400.0],
                 thickness_texture: None,
             },
+            compensated: false,
             dispersion: 0.0,
             emission: Color::BLACK,
             unlit: false,

@@ -48,7 +48,7 @@ impl MaterialIndex {
         let before = materials.rows.get(row);
         let keeps = kind(material) == before.kind
             && count_textures(material) == textures
-            && has_filling(material) == (before.kind == MaterialKind::Principled && materials.medium(before).is_some())
+            && second_kind(material) == materials.second(before).map(|(kind, _)| kind)
             && check(material).is_ok();
         keeps.then_some(row)
     }
@@ -85,7 +85,8 @@ pub(super) fn flatten_changed_materials(
     for (row, entity) in changed {
         let material = materials.get(entity).expect("it has just changed");
         let before = buffers.materials.rows.get(row);
-        let rows = (before.row as usize, buffers.materials.medium(before).map(|row| row as usize));
+        let second = buffers.materials.second(before).map(|(_, row)| row as usize);
+        let rows = (before.row as usize, second);
         let mut writer = TextureWriter::new(&mut buffers.textures.rows, index.textures[row]);
         let differs = put(&mut buffers.materials, &mut writer, material, rows);
         report.textures.rewritten += writer.edits().rewritten;
@@ -130,9 +131,11 @@ pub(super) fn regroup_materials(
         let (row, kind) = (owners.len(), kind(material));
         let kind_row = written[kind as usize];
         written[kind as usize] += 1;
-        let filling = has_filling(material).then_some(written[MaterialKind::Dielectric as usize]);
-        written[MaterialKind::Dielectric as usize] += usize::from(filling.is_some());
-        let mut differs = put(&mut buffers.materials, &mut writer, material, (kind_row, filling));
+        let second = second_kind(material).map(|kind| {
+            written[kind as usize] += 1;
+            written[kind as usize] - 1
+        });
+        let mut differs = put(&mut buffers.materials, &mut writer, material, (kind_row, second));
         let detail_row = detail.map_or(DetailId::NONE, |_| DetailId(detailed.len() as u32));
         detailed.extend(detail.map(|detail| (row, detail)));
         let material_row = MaterialRow { kind, row: kind_row as u32, key: owner.key, detail: detail_row };
@@ -176,12 +179,19 @@ fn kind(material: &Material) -> MaterialKind {
         Material::Emissive { .. } => MaterialKind::Emissive,
         Material::Principled(principled) if principled.unlit => MaterialKind::Emissive,
         Material::Principled(_) => MaterialKind::Principled,
+        Material::Coated { .. } => MaterialKind::Coated,
     }
 }
 
-/// Whether a material has a row of the dielectrics beside its own.
-fn has_filling(material: &Material) -> bool {
-    matches!(material, Material::Principled(principled) if !principled.unlit && principled::has_inside(principled))
+/// The kind of which a material has a row beside that of its own.
+fn second_kind(material: &Material) -> Option<MaterialKind> {
+    match material {
+        Material::Principled(principled) => {
+            (!principled.unlit && principled::has_inside(principled)).then_some(MaterialKind::Dielectric)
+        }
+        Material::Coated { base, .. } => Some(kind(base)),
+        _ => None,
+    }
 }
 
 /// The colors of a material.
@@ -195,6 +205,7 @@ fn colors(material: &Material) -> [Option<&Color>; 5] {
         }
         Material::Principled(principled) if principled.unlit => [Some(&principled.base_color), None, None, None, None],
         Material::Principled(principled) => principled::colors(principled).map(Some),
+        Material::Coated { base, .. } => colors(base),
         Material::Metal { specular: color, .. }
         | Material::Lambert { albedo: color }
         | Material::RoughDiffuse { albedo: color, .. }
@@ -212,13 +223,13 @@ fn count_textures(material: &Material) -> usize {
     }
 }
 
-/// Writes a material to a row of its kind, what fills it to one of the dielectrics, and its textures where the writer stands.
+/// Writes a material to a row of its kind, what fills it or lies below it to a row of another, and its textures where the writer stands.
 /// Says whether others stood in the rows.
 fn put(
     materials: &mut Materials,
     textures: &mut TextureWriter<'_>,
     material: &Material,
-    (row, filling): (usize, Option<usize>),
+    (row, second): (usize, Option<usize>),
 ) -> bool {
     let mut source = |color: &Color| textures.source(color);
     match material {
@@ -230,7 +241,7 @@ fn put(
         &Material::RoughDiffuse { ref albedo, roughness } => {
             materials.rough_diffuse.put(row, buffers::RoughDiffuse { albedo: source(albedo), roughness })
         }
-        &Material::Metal { ref reflectance, fresnel, ref specular, exponent, alpha, film } => {
+        &Material::Metal { ref reflectance, fresnel, ref specular, exponent, alpha, film, compensated } => {
             // Where there is no index, one without effect stands in for it.
             let (r0, f82, eta, k) = match *reflectance {
                 Reflectance::Normal { ref r0, f82 } => (source(r0), f82, Vec3::ONE, Vec3::ZERO),
@@ -245,7 +256,9 @@ fn put(
                 }
             };
             let specular = source(specular);
-            materials.metal.put(row, buffers::Metal { r0, eta, k, fresnel, f82, alpha, film, specular, exponent })
+            materials
+                .metal
+                .put(row, buffers::Metal { r0, eta, k, fresnel, f82, alpha, film, compensated, specular, exponent })
         }
         #[rustfmt::skip]
         &Material::Dielectric {
@@ -263,14 +276,30 @@ fn put(
             let radiance = source(&principled.base_color);
             materials.emissive.put(row, buffers::Emissive { radiance, two_sided: true })
         }
-        Material::Principled(principled) => principled::put(materials, textures, principled, row, filling),
+        Material::Principled(principled) => principled::put(materials, textures, principled, row, second),
+        &Material::Coated { ref base, ior, alpha, absorption, thickness } => {
+            let base_row = second.expect("a coated material has a second row");
+            let differs = put(materials, textures, base, (base_row, None));
+            let (base, base_row, depth) = (kind(base), base_row as u32, absorption * thickness);
+            materials.coated.put(row, buffers::Coated { base, base_row, ior, alpha, depth }) || differs
+        }
     }
 }
 
 /// Drops what lies beyond the rows that were written, in all tables.
 fn truncate(materials: &mut Materials, rows: usize, written: [usize; MaterialKind::ALL.len()]) {
-    let Materials { rows: all, details: _, phong, lambert, rough_diffuse, metal, dielectric, emissive, principled } =
-        materials;
+    let Materials {
+        rows: all,
+        details: _,
+        phong,
+        lambert,
+        rough_diffuse,
+        metal,
+        dielectric,
+        emissive,
+        principled,
+        coated,
+    } = materials;
     all.truncate(rows);
     phong.truncate(written[MaterialKind::Phong as usize]);
     lambert.truncate(written[MaterialKind::Lambert as usize]);
@@ -279,6 +308,7 @@ fn truncate(materials: &mut Materials, rows: usize, written: [usize; MaterialKin
     dielectric.truncate(written[MaterialKind::Dielectric as usize]);
     emissive.truncate(written[MaterialKind::Emissive as usize]);
     principled.truncate(written[MaterialKind::Principled as usize]);
+    coated.truncate(written[MaterialKind::Coated as usize]);
 }
 
 /// Checks the numbers of a material; the error says what must hold.
@@ -293,6 +323,18 @@ fn check(material: &Material) -> Result<(), &'static str> {
     let rules = match *material {
         Material::Phong { exponent, .. } => [(exponent_is_sound(exponent), EXPONENT), SOUND, SOUND, SOUND],
         Material::Principled(ref principled) => return principled::check(principled),
+        Material::Coated { ref base, ior, alpha, absorption, thickness } => {
+            check(base)?;
+            let is_base = matches!(**base, Material::Lambert { .. } | Material::Metal { .. });
+            let depth = absorption * thickness;
+            let is_depth = absorption.min_element() >= 0.0 && thickness >= 0.0 && depth.is_finite();
+            [
+                (is_base, "a coat lies over a Lambert material or a metal"),
+                (ior >= 1.0 && ior.is_finite(), "an index of refraction must be at least 1"),
+                (is_part(alpha), ALPHA),
+                (is_depth, "absorption and thickness must be at least 0"),
+            ]
+        }
         Material::Lambert { .. } | Material::Emissive { .. } => [SOUND; 4],
         Material::RoughDiffuse { roughness, .. } => {
             [(is_part(roughness), "a roughness must be 0 to 1"), SOUND, SOUND, SOUND]

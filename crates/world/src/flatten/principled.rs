@@ -94,6 +94,7 @@ pub(super) fn put(
         iridescence_ior: film.ior,
         iridescence_thickness: film.thickness,
         iridescence_thickness_source: textures.scalar(&Scalar { factor: 1.0, texture: film.thickness_texture.clone() }),
+        compensated: principled.compensated,
         emission,
     };
     let mut differs = materials.principled.put(row, row_of_kind);

@@ -18,7 +18,16 @@ use super::texture::{albedo, paint};
 /// A material.
 pub(crate) fn material(session: &mut Session, material: &Spanned<schema::Material>) -> Option<world::Material> {
     let span = material.span;
-    let material = match &material.value {
+    let material = bare(session, &material.value, span)?;
+    if let Some(what) = not_rendered(session.integrator, &material) {
+        session.refused.push((span, what));
+    }
+    Some(material)
+}
+
+/// A material, whatever renders it.
+fn bare(session: &mut Session, material: &schema::Material, span: Span) -> Option<world::Material> {
+    Some(match material {
         schema::Material::Phong { ambient, diffuse, specular, exponent } => world::Material::Phong {
             ambient: match ambient {
                 Some(ambient) => albedo(session, ambient, "ambient", span)?,
@@ -45,6 +54,7 @@ pub(crate) fn material(session: &mut Session, material: &Spanned<schema::Materia
             alpha,
             roughness,
             film,
+            compensated,
             specular,
             exponent,
         } => {
@@ -59,27 +69,44 @@ pub(crate) fn material(session: &mut Session, material: &Spanned<schema::Materia
                 specular: paint(session, specular)?,
                 exponent: *exponent,
                 alpha: width(session, (*alpha, *roughness), span)?,
+                compensated: *compensated,
             }
         }
         dielectric @ schema::Material::Dielectric { .. } => self::dielectric(session, dielectric, span)?,
         principled @ schema::Material::Principled { .. } => {
             world::Material::Principled(Box::new(self::principled(session, principled, span)?))
         }
+        coated @ schema::Material::Coated { .. } => self::coated(session, coated, span)?,
         schema::Material::Emissive { radiance, sides } => world::Material::Emissive {
             radiance: paint(session, radiance)?,
             two_sided: matches!(sides, schema::Sides::Both {}),
         },
+    })
+}
+
+fn coated(session: &mut Session, material: &schema::Material, span: Span) -> Option<world::Material> {
+    let schema::Material::Coated { base, ior, alpha, roughness, absorption, thickness } = material else {
+        return None;
     };
-    if let Some(what) = not_rendered(session.integrator, &material) {
-        session.refused.push((span, what));
+    if !matches!(*base.value, schema::Material::Lambert { .. } | schema::Material::Metal { .. }) {
+        let error = session.sources.error(Code::Conflict, base.span, "a coat does not lie over this material");
+        session.found.push(error.expected("`Lambert` or `Metal`"));
+        return None;
     }
-    Some(material)
+    Some(world::Material::Coated {
+        base: Box::new(bare(session, &base.value, base.span)?),
+        ior: *ior,
+        alpha: width(session, (*alpha, *roughness), span)?,
+        absorption: absorption.0,
+        thickness: *thickness,
+    })
 }
 
 /// What the material has that the integrator does not render. The integrators' table says what they do with the rest.
 fn not_rendered(integrator: Integrator, material: &world::Material) -> Option<&'static str> {
     match (integrator, material) {
         (Integrator::Whitted, world::Material::Principled(_)) => Some("principled materials"),
+        (Integrator::Whitted, world::Material::Coated { .. }) => Some("coated materials"),
         (Integrator::Whitted, world::Material::RoughDiffuse { .. }) => Some("rough diffuse materials"),
         (Integrator::Whitted, world::Material::Metal { alpha, .. }) if *alpha > 0.0 => Some("rough metals"),
         (Integrator::Whitted, world::Material::Dielectric { alpha, .. }) if *alpha > 0.0 => Some("rough dielectrics"),

@@ -27,6 +27,7 @@ pub(super) fn principled(session: &mut Session, material: &schema::Material, spa
         diffuse_transmission_color,
         volume,
         iridescence,
+        compensated,
         emission,
     } = material
     else {
@@ -62,6 +63,7 @@ pub(super) fn principled(session: &mut Session, material: &schema::Material, spa
         },
         // As KHR_materials_dispersion counts.
         dispersion: volume.as_ref().and_then(|volume| volume.abbe).map_or(0.0, |abbe| 20.0 / abbe),
+        compensated: *compensated,
         emission: paint(session, emission)?,
         unlit: false,
     })

@@ -64,6 +64,8 @@ schema! {
             roughness: Option<f32> where ZERO_TO_ONE => "0.45",
             /// A film on the surface, so thin that it shows the colors of interference. For `Path`, with the Fresnel equations.
             film: Option<Film> => "(ior: 1.33, thickness: 400)",
+            /// Whether a rough metal keeps the light that meets more than one facet, and is as bright as a smooth one.
+            compensated: bool = "false" => "true",
             /// `Whitted`: factor of the highlight, beside the reflectance at normal incidence.
             specular: Paint where ZERO_OR_MORE = "1" => "0.5",
             /// `Whitted`: exponent of the highlight.
@@ -136,8 +138,25 @@ schema! {
             volume: Option<Volume> => "(color: (0.5, 0.9, 0.6), distance: 0.1)",
             /// A film that shows the colors of interference.
             iridescence: Option<Iridescence> => "(thickness: 500)",
+            /// Whether a rough metal keeps the light that meets more than one facet, which glTF loses.
+            compensated: bool = "false" => "true",
             /// Light of its own, from both sides.
             emission: Paint as "nit" where ZERO_OR_MORE = "0" => "(5, 4, 3)",
+        },
+        /// A clear coat over another material: varnish, lacquer, the glaze of china. It takes `alpha` or `roughness`. For `Path`.
+        Coated {
+            /// What lies below: `Lambert` or `Metal`.
+            base: Spanned<Box<Material>> => "Lambert(albedo: 0.8)",
+            /// The coat's index of refraction.
+            ior: f32 where ONE_OR_MORE = "1.5" => "1.33",
+            /// Width of the GGX distribution of the coat's facets.
+            alpha: Option<f32> where ZERO_TO_ONE => "0.2",
+            /// The same as artists turn it: its square is `alpha`.
+            roughness: Option<f32> where ZERO_TO_ONE => "0.45",
+            /// What the coat takes away, after Beer and Lambert.
+            absorption: Rgb as "1/m" where ZERO_OR_MORE = "0" => "(100, 500, 2000)",
+            /// How thick it is; for absorption alone.
+            thickness: f32 as "m" where ZERO_OR_MORE = "0.001" => "0.0002",
         },
         /// A surface that sends out light and reflects none. With `Whitted` it is seen and lights nothing.
         Emissive {

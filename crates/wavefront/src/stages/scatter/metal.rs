@@ -4,6 +4,7 @@ use brewster_optics::conductor::F82Tint;
 use brewster_optics::fresnel::{FresnelModel, conductor_color};
 use brewster_optics::lobe::{LobeSample, LobeSplit, LobeValue};
 use brewster_optics::microfacet::Ggx;
+use brewster_optics::multiple::{CompensatedMirror, average_fresnel};
 use brewster_optics::thin_film::Film;
 use glam::{Vec2, Vec3};
 
@@ -16,6 +17,8 @@ use crate::queues::{OnMetal, SurfaceHit};
 #[derive(Clone, Copy, Debug)]
 pub struct Conductor {
     facets: Ggx,
+    /// The same facets, where they keep the light that meets further ones.
+    compensated: Option<CompensatedMirror>,
     film: Option<Film>,
     fresnel: FresnelModel,
     r0: Vec3,
@@ -28,7 +31,7 @@ pub struct Conductor {
 impl Conductor {
     /// What a facet reflects.
     #[inline(always)]
-    fn reflectance(&self, cos_i: f32) -> Vec3 {
+    pub fn reflectance(&self, cos_i: f32) -> Vec3 {
         if let Some(film) = self.film {
             return film.reflectance(cos_i, self.eta_i, self.eta, self.k);
         }
@@ -39,6 +42,32 @@ impl Conductor {
     }
 }
 
+impl Conductor {
+    /// The conductor of a row of metals at a hit, in a medium of index `eta_i`.
+    #[inline(always)]
+    pub fn new(context: &Context<'_>, row: usize, hit: &SurfaceHit, eta_i: f32) -> Conductor {
+        let material = context.scene.materials.metal.get(row);
+        let r0 = context.scene.color(material.r0, &hit.place());
+        Conductor {
+            facets: Ggx::isotropic(material.alpha),
+            compensated: None,
+            film: material.film,
+            fresnel: material.fresnel,
+            r0,
+            tint: F82Tint::new(r0, material.f82),
+            eta_i,
+            eta: material.eta,
+            k: material.k,
+        }
+    }
+
+    /// Its facets.
+    #[inline(always)]
+    pub fn facets(&self) -> Ggx {
+        self.facets
+    }
+}
+
 impl Scatter for OnMetal {
     type Surface = Conductor;
 
@@ -46,25 +75,21 @@ impl Scatter for OnMetal {
 
     #[inline(always)]
     fn surface(context: &Context<'_>, hit: &SurfaceHit, sides: &Sides) -> Conductor {
-        let scene = context.scene;
-        let material = scene.materials.metal.get(hit.material as usize);
-        let r0 = scene.color(material.r0, &hit.place());
-        Conductor {
-            facets: Ggx::isotropic(material.alpha),
-            film: material.film,
-            fresnel: material.fresnel,
-            r0,
-            tint: F82Tint::new(r0, material.f82),
-            eta_i: sides.filling[0].ior_at(sides.wavelength, &scene.materials.dielectric.view()),
-            eta: material.eta,
-            k: material.k,
+        let (row, dielectrics) = (hit.material as usize, context.scene.materials.dielectric.view());
+        let conductor = Conductor::new(context, row, hit, sides.filling[0].ior_at(sides.wavelength, &dielectrics));
+        if !context.scene.materials.metal.view().compensated[row] || conductor.facets.is_smooth() {
+            return conductor;
         }
+        let average = average_fresnel(|cos_i| conductor.reflectance(cos_i));
+        Conductor { compensated: Some(CompensatedMirror::new(conductor.facets, average)), ..conductor }
     }
 
     #[inline(always)]
     fn albedo(albedos: &Albedos, surface: &Conductor, hit: &SurfaceHit, sides: &Sides, cosine: f32) -> Option<Vec3> {
         let rough = albedos.metal(hit.material, sides.filling[0], surface.r0, cosine);
-        Some(rough.unwrap_or_else(|| surface.reflectance(cosine)))
+        let single = rough.unwrap_or_else(|| surface.reflectance(cosine));
+        let view = Vec3::new((1.0 - cosine * cosine).max(0.0).sqrt(), 0.0, cosine);
+        Some(single + surface.compensated.map_or(Vec3::ZERO, |mirror| mirror.further(view)))
     }
 }
 
@@ -81,11 +106,17 @@ impl Surface for Conductor {
 
     #[inline(always)]
     fn evaluate(&self, view: Vec3, light: Vec3) -> LobeValue {
-        self.facets.reflection(view, light, |cos_i| self.reflectance(cos_i))
+        match &self.compensated {
+            Some(mirror) => mirror.evaluate(view, light, |cos_i| self.reflectance(cos_i)),
+            None => self.facets.reflection(view, light, |cos_i| self.reflectance(cos_i)),
+        }
     }
 
     #[inline(always)]
-    fn split(&self, view: Vec3, u: Vec2, _: f32) -> LobeSplit {
+    fn split(&self, view: Vec3, u: Vec2, lobe: f32) -> LobeSplit {
+        if let Some(mirror) = &self.compensated {
+            return LobeSplit::opaque(mirror.sample(view, u, lobe, |cos_i| self.reflectance(cos_i)));
+        }
         if !self.is_smooth() {
             return LobeSplit::opaque(self.facets.sample_reflection(view, u, |cos_i| self.reflectance(cos_i)));
         }

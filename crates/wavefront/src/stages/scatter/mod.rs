@@ -2,6 +2,7 @@
 //!
 //! All kinds take the same steps, [`scatter`]; a kind says by its [`Surface`] how a surface of it scatters light.
 
+mod coated;
 mod dielectric;
 mod lambert;
 mod metal;

@@ -1,6 +1,6 @@
 //! Scattering by principled materials.
 
-use brewster_buffers::{self as buffers, TextureId, UvSet};
+use brewster_buffers::{self as buffers, TextureId};
 use brewster_optics::basis::Basis;
 use brewster_optics::lobe::{LobeSample, LobeSplit, LobeValue};
 use brewster_optics::microfacet::Ggx;
@@ -55,6 +55,7 @@ impl Scatter for OnPrincipled {
             diffuse_transmission: part(material.diffuse_transmission),
             diffuse_transmission_color: color(material.diffuse_transmission_color).min(Vec3::ONE),
             interface: interface(context, material.medium, sides),
+            compensated: material.compensated,
             iridescence,
             film: Film { ior: material.iridescence_ior, thickness },
         })
@@ -86,30 +87,12 @@ fn facets(
         strength *= texel.z;
     }
     let facets = Ggx::anisotropic(alpha + (1.0 - alpha) * strength * strength, alpha);
-    let Some([tangent, bitangent]) = tangents(context, hit) else { return (facets, Vec2::X) };
+    let [tangent, bitangent] =
+        context.scene.tangents(material.anisotropy_texture, &hit.place(), hit.point.shading_normal);
     let (world, frame) = (tangent * direction.x + bitangent * direction.y, Basis::around(normal));
     let local = frame.to_local(world).truncate();
     let length = local.length();
     (facets, if length > 1e-6 { local / length } else { Vec2::X })
-}
-
-/// The direction in which u grows along the surface and, at a right angle, that in which v does: of a mesh's vertices or, without
-/// any, of its texture coordinates.
-#[inline]
-fn tangents(context: &Context<'_>, hit: &SurfaceHit) -> Option<[Vec3; 2]> {
-    let (normal, place) = (hit.point.shading_normal, &hit.place());
-    let (tangent, side) = match context.geometry.vertex_tangent(place) {
-        Some((tangent, side)) => (tangent - normal * normal.dot(tangent), side),
-        None => {
-            let [du, dv] = context.geometry.uv_gradients(place, UvSet::First);
-            let along = dv.cross(normal);
-            let tangent = along * 1f32.copysign(along.dot(du));
-            (tangent, 1f32.copysign(normal.cross(tangent).dot(dv)))
-        }
-    };
-    let length = tangent.length();
-    let tangent = tangent / length;
-    (length > 0.0 && length.is_finite()).then(|| [tangent, normal.cross(tangent) * side])
 }
 
 #[inline(always)]
