@@ -4,6 +4,7 @@
 //! - `batches_agree`: the same picture, bit for bit, however work is scheduled.
 //! - `closed_forms`: pictures that are known by hand.
 //! - `conservation`: no ray is lost or made up between queues.
+//! - `details`: normal maps, heights and opacity do what can be said of them by hand.
 //! - `edits_agree`: after any series of edits the picture is that of a new scene, bit for bit.
 //! - `energy_accounted`: the path integrator's ledger of energy closes.
 //! - `furnace`: in light from everywhere nothing is lost but what the maximum depth cuts.
@@ -28,6 +29,7 @@ mod attributed;
 mod batches_agree;
 mod closed_forms;
 mod conservation;
+mod details;
 mod dispersion;
 mod edits_agree;
 mod energy_accounted;

@@ -143,6 +143,9 @@ impl SceneBuffers {
         }
         let at = self.coordinates(place);
         let Vec2 { x, y } = self.textures.rows[height.texture.0 as usize].slope(&at, height.channel) * height.factor;
+        if x == 0.0 && y == 0.0 {
+            return normal;
+        }
         let [of_u, of_v] = self.gradients(height.texture, place);
         let gradient = of_u * x + of_v * y;
         (normal - (gradient - normal * normal.dot(gradient))).normalize_or(normal)

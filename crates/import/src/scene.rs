@@ -42,6 +42,8 @@ pub(crate) struct Row {
     pub transform: Option<Affine3A>,
     pub shape: Part<world::Shape>,
     pub material: Part<world::Material>,
+    /// Of its own material.
+    pub detail: Option<Arc<world::Detail>>,
     pub light: Option<Arc<world::Light>>,
     pub camera: Option<Arc<world::Camera>>,
     pub span: Span,
@@ -138,6 +140,7 @@ impl Row {
         let (material, of) = self.material.split();
         changed |= put_shared(&mut entity, material);
         changed |= put(&mut entity, of.map(|row| UsesMaterial(entities[row as usize])));
+        changed |= put_shared(&mut entity, self.detail.as_deref());
         changed |= put_shared(&mut entity, self.light.as_deref());
         changed |= put_shared(&mut entity, self.camera.as_deref());
         if entity.get::<Name>().map(Name::as_str) != self.name.as_deref() {

@@ -45,7 +45,7 @@ fn fresh(scene: &Scene) -> Scene {
                 }
             )*};
         }
-        copy!(SceneKey, Transform, Shape, Material, Light, Camera, Name);
+        copy!(SceneKey, Transform, Shape, Material, Detail, Light, Camera, Name);
         if let Some(uses) = old.get::<UsesShape>(entity) {
             new.insert(UsesShape(twin(uses.0)));
         }
@@ -224,6 +224,20 @@ impl Editor {
         }
     }
 
+    fn detail(&mut self) -> Detail {
+        let texture = |color: Color| color.texture().cloned();
+        let normal = texture(self.color()).map(|texture| NormalMap { texture, scale: 0.5 });
+        let bump = texture(self.color()).map(|map| Scalar { factor: 0.1, texture: Some((map, Channel::G)) });
+        let factor = if self.random.below(10) == 0 { f32::NAN } else { self.random.unit() };
+        let alpha = Scalar { factor, texture: texture(self.color()).map(|map| (map, Channel::A)) };
+        let opacity = match self.random.below(3) {
+            0 => Opacity::Opaque,
+            1 => Opacity::Mask { alpha, cutoff: 0.5 },
+            _ => Opacity::Blend { alpha },
+        };
+        Detail { normal, bump, opacity }
+    }
+
     fn film(&mut self) -> Option<Film> {
         (self.random.below(2) == 0)
             .then(|| Film { ior: 1.0 + self.random.unit(), thickness: 900.0 * self.random.unit() })
@@ -374,7 +388,7 @@ impl Editor {
     /// Gives an entity one more component, or another one of a kind that it has.
     fn insert(&mut self, entity: Entity) {
         let other = self.any().unwrap_or(entity);
-        match self.random.below(9) {
+        match self.random.below(10) {
             0 | 1 => {
                 let shape = self.shape();
                 self.world().entity_mut(entity).insert(shape);
@@ -389,6 +403,10 @@ impl Editor {
             5 | 6 => {
                 self.world().entity_mut(entity).insert(UsesMaterial(other));
             }
+            8 => {
+                let detail = self.detail();
+                self.world().entity_mut(entity).insert(detail);
+            }
             7 => {
                 let light = self.light();
                 self.world().entity_mut(entity).insert(light);
@@ -401,7 +419,7 @@ impl Editor {
     }
 
     fn remove(&mut self, entity: Entity) {
-        let kind = self.random.below(8);
+        let kind = self.random.below(9);
         let mut entity = self.world().entity_mut(entity);
         match kind {
             0 => entity.remove::<Shape>(),
@@ -411,6 +429,7 @@ impl Editor {
             4 => entity.remove::<Light>(),
             5 => entity.remove::<Camera>(),
             6 => entity.remove::<Name>(),
+            7 => entity.remove::<Detail>(),
             _ => entity.remove::<ChildOf>(),
         };
     }

@@ -45,6 +45,8 @@ pub(crate) struct Prototype {
     /// The shape's place in the entity's space.
     pub shape_place: Affine3A,
     pub material: Part<world::Material>,
+    /// Of its own material.
+    pub detail: Option<Arc<world::Detail>>,
     pub light: Option<Arc<world::Light>>,
     pub children: Vec<Prototype>,
     pub include: Option<Rc<Content>>,
@@ -66,7 +68,7 @@ pub(crate) struct Definition {
 pub(crate) enum Defined {
     /// A shape, and its place in its entity's space.
     Shape(world::Shape, Affine3A),
-    Material(world::Material),
+    Material(Arc<world::Material>, Option<Arc<world::Detail>>),
 }
 
 impl Prototype {
@@ -149,7 +151,8 @@ impl<'s, 'i> Resolver<'s, 'i> {
 
     fn materials<'f>(&mut self, file: &str, materials: &'f Named<schema::Material>) -> HashMap<&'f str, Option<u32>> {
         self.define(file, "materials", materials, |session, material| {
-            convert::material(session, material).map(Defined::Material)
+            convert::material(session, material)
+                .map(|(material, detail)| Defined::Material(Arc::new(material), detail.map(Arc::new)))
         })
     }
 
@@ -210,6 +213,7 @@ impl<'s, 'i> Resolver<'s, 'i> {
             transform: transform.as_ref(),
         };
         let (shape, shape_place) = self.shape(scope, entity, path, repeated);
+        let (material, detail) = self.material(scope, entity, path, repeated);
         let prototype = Prototype {
             span: entity.span,
             name: entity.name.as_ref().map(|name| name.value.as_str().into()),
@@ -219,7 +223,8 @@ impl<'s, 'i> Resolver<'s, 'i> {
             transform: convert::place(self.session, &place),
             shape,
             shape_place,
-            material: self.material(scope, entity, path, repeated),
+            material,
+            detail,
             light: entity.light.as_ref().and_then(|light| convert::light(self.session, light)).map(Arc::new),
             include: entity.include.as_ref().and_then(|include| self.include(include)),
             instances: entity
@@ -249,7 +254,7 @@ impl<'s, 'i> Resolver<'s, 'i> {
             Some(Reference::Name(name)) => match self.look_up("shape", name, &scope.shapes) {
                 Some(row) => match &self.definitions[row as usize].is {
                     Defined::Shape(_, place) => (Part::Of(row), *place),
-                    Defined::Material(_) => nothing,
+                    Defined::Material(..) => nothing,
                 },
                 None => nothing,
             },
@@ -272,22 +277,25 @@ impl<'s, 'i> Resolver<'s, 'i> {
         entity: &schema::Entity,
         path: &str,
         repeated: bool,
-    ) -> Part<world::Material> {
-        match &entity.material {
+    ) -> (Part<world::Material>, Option<Arc<world::Detail>>) {
+        let part = match &entity.material {
             None => Part::None,
             Some(Reference::Name(name)) => {
                 self.look_up("material", name, &scope.materials).map_or(Part::None, Part::Of)
             }
             Some(Reference::InPlace(material)) => match convert::material(self.session, material) {
-                Some(material) if !repeated => Part::Own(Arc::new(material)),
-                Some(is) => {
+                Some((material, detail)) if !repeated => {
+                    return (Part::Own(Arc::new(material)), detail.map(Arc::new));
+                }
+                Some((is, detail)) => {
                     let key = self.keys.definition(&format!("{path}.material"));
-                    let (span, is) = (material.span, Defined::Material(is));
+                    let (span, is) = (material.span, Defined::Material(Arc::new(is), detail.map(Arc::new)));
                     Part::Of(self.push_definition(Definition { key, name: None, span, is, used: true }))
                 }
                 None => Part::None,
             },
-        }
+        };
+        (part, None)
     }
 
     /// The definition of that name; reports a name that nothing has.
@@ -351,7 +359,7 @@ impl<'s, 'i> Resolver<'s, 'i> {
         let material = match &prototype.material {
             Part::Own(material) => &**material,
             Part::Of(row) => match &self.definitions[*row as usize].is {
-                Defined::Material(material) => material,
+                Defined::Material(material, _) => material,
                 Defined::Shape(..) => return false,
             },
             Part::None => return false,
@@ -401,7 +409,7 @@ impl<'s, 'i> Resolver<'s, 'i> {
         }
         for definition in &self.definitions[first..] {
             if let (Some(name), false) = (&definition.name, definition.used) {
-                let kind = if matches!(definition.is, Defined::Material(_)) { "material" } else { "shape" };
+                let kind = if matches!(definition.is, Defined::Material(..)) { "material" } else { "shape" };
                 let message = format!("the {kind} {name:?} is not used");
                 self.session.found.push(self.session.sources.warning(Code::Unused, definition.span, message));
             }

@@ -25,12 +25,12 @@ pub(crate) fn spawn(resolver: &mut Resolver, scene: &schema::Scene, content: &Co
     let mut rows = Vec::new();
     check_count(resolver, content, cameras.len())?;
     for definition in std::mem::take(&mut resolver.definitions) {
-        let (shape, material) = match definition.is {
-            Defined::Shape(shape, _) => (Part::Own(Arc::new(shape)), Part::None),
-            Defined::Material(material) => (Part::None, Part::Own(Arc::new(material))),
+        let (shape, material, detail) = match definition.is {
+            Defined::Shape(shape, _) => (Part::Own(Arc::new(shape)), Part::None, None),
+            Defined::Material(material, detail) => (Part::None, Part::Own(material), detail),
         };
         let row = Row::at(definition.key, definition.span).named(definition.name);
-        rows.push(Row { shape, material, transform: None, ..row });
+        rows.push(Row { shape, material, detail, transform: None, ..row });
     }
     rows.extend(cameras);
     let mut placer = Placer { rows, next: 0 };
@@ -97,6 +97,7 @@ impl Row {
             transform: Some(Affine3A::IDENTITY),
             shape: Part::None,
             material: Part::None,
+            detail: None,
             light: None,
             camera: None,
             span,
@@ -163,6 +164,7 @@ impl Placer {
         let surface = &mut self.rows[surface as usize];
         surface.shape.clone_from(&prototype.shape);
         surface.material.clone_from(&prototype.material);
+        surface.detail.clone_from(&prototype.detail);
         self.below(prototype, row, Affine3A::IDENTITY, placed);
         row
     }

@@ -4,7 +4,7 @@
 //! and transmissions of depth + 1 only while depth < `max_depth`. So `max_depth` is the number of interactions on a path that
 //! may scatter on. `Whitted` lights the last interaction too: 0 shows direct light alone. To `Path`, what comes from a light is
 //! scattered on like all else: 0 shows emitters alone, 1 direct light. Crossing a boundary that is none (inside a medium of
-//! higher priority) is no interaction and leaves the depth as it is.
+//! higher priority), or passing a surface that is absent there, is no interaction and leaves the depth as it is.
 //!
 //! What each integrator does with each thing a scene may hold:
 //!
@@ -18,6 +18,8 @@
 //! | Principled | an error | glTF's lobes: reflection and transmission by chance, above `split_depth` both; its emission lights whatever sees it |
 //! | Coated | an error | a smooth or GGX coat over Lambert's surface or metal; what it absorbs |
 //! | Emissive | its radiance where a ray meets it; it lights nothing else | lights whatever sees it |
+//! | opacity: mask, blend | a ray meets the surface or goes straight on at its depth, by chance; rays toward lights are weakened | the same |
+//! | normal map, heights | in place of the shading normal, held where a mirror image can be seen | the same |
 //! | point, spot, directional light | direct light and highlights | direct light, on what is not smooth |
 //! | ambient light | Phong's ambient term | nothing: it is for Phong alone |
 //! | background | what escaped rays see | lights whatever sees it |

@@ -12,11 +12,26 @@ use crate::ron::values::{Rgb, Spanned};
 use crate::session::Session;
 use crate::source::Span;
 
+use super::detail::detail;
 use super::principled::principled;
 use super::texture::{albedo, paint};
 
-/// A material.
-pub(crate) fn material(session: &mut Session, material: &Spanned<schema::Material>) -> Option<world::Material> {
+/// A material, and its detail.
+pub(crate) fn material(
+    session: &mut Session,
+    material: &Spanned<schema::Material>,
+) -> Option<(world::Material, Option<world::Detail>)> {
+    match &material.value {
+        detailed @ schema::Material::Detailed { of, .. } => {
+            let detail = detail(session, detailed)?;
+            Some((plain(session, of)?, Some(detail)))
+        }
+        _ => Some((plain(session, material)?, None)),
+    }
+}
+
+/// A material without detail.
+fn plain(session: &mut Session, material: &Spanned<schema::Material>) -> Option<world::Material> {
     let span = material.span;
     let material = bare(session, &material.value, span)?;
     if let Some(what) = not_rendered(session.integrator, &material) {
@@ -77,6 +92,10 @@ fn bare(session: &mut Session, material: &schema::Material, span: Span) -> Optio
             world::Material::Principled(Box::new(self::principled(session, principled, span)?))
         }
         coated @ schema::Material::Coated { .. } => self::coated(session, coated, span)?,
+        schema::Material::Detailed { .. } => {
+            session.error(Code::Conflict, span, "detail is for the whole of a material, and once");
+            return None;
+        }
         schema::Material::Emissive { radiance, sides } => world::Material::Emissive {
             radiance: paint(session, radiance)?,
             two_sided: matches!(sides, schema::Sides::Both {}),

@@ -1,6 +1,7 @@
 //! What an author writes into what components hold: degrees into radians, names of metals into indices, files into pixels
 //! and triangles. Errors that need more than one field are found here.
 
+mod detail;
 mod material;
 mod place;
 mod principled;

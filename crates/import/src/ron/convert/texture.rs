@@ -52,10 +52,14 @@ pub(super) fn part(session: &mut Session, number: &Number) -> Option<world::Scal
 
 /// A number, or a texture of numbers.
 pub(super) fn number(session: &mut Session, number: &Number) -> Option<world::Scalar> {
-    let map = match number {
-        Either::Plain(number) => return Some(world::Scalar::constant(*number)),
-        Either::Choice(map) => map,
-    };
+    match number {
+        Either::Plain(number) => Some(world::Scalar::constant(*number)),
+        Either::Choice(map) => self::map(session, map),
+    }
+}
+
+/// A number from a texture.
+pub(super) fn map(session: &mut Session, map: &schema::Map) -> Option<world::Scalar> {
     let channel = match map.channel {
         schema::Channel::R {} => parts::Channel::R,
         schema::Channel::G {} => parts::Channel::G,

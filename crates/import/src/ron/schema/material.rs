@@ -2,7 +2,7 @@
 
 use std::sync::OnceLock;
 
-use super::texture::{Number, Paint, Texture};
+use super::texture::{Map, Number, Paint, Texture};
 use super::{ABOVE_ZERO, ONE_OR_MORE, ZERO_OR_MORE};
 use crate::ron::decode::{Context, Decode, Fields, check_name, schema, variant};
 use crate::ron::info::{FieldInfo, Form, Kind, Range, TypeInfo, VariantInfo};
@@ -165,6 +165,20 @@ schema! {
             /// Which sides shine.
             sides: Sides = "Both" => "Front",
         },
+        /// Another material with a finer surface: normals from a map, heights, and places where it is not.
+        Detailed {
+            /// The material.
+            of: Box<Spanned<Material>> => "Lambert(albedo: 0.3)",
+            /// A map of normals as glTF has them: red, green and blue from 0 to 1 are components from -1 to 1 along tangent, bitangent
+            /// (up in the picture) and normal.
+            normal: Option<Texture> => "Image(file: \"wood.png\")",
+            /// Factor of the components along tangent and bitangent.
+            normal_scale: f32 = "1" => "0.5",
+            /// Heights along the normal, for shading alone.
+            bump: Option<Map> as "m" => "(texture: Image(file: \"wood.png\"), factor: 0.01)",
+            /// Where the surface is.
+            opacity: Opacity = "Opaque" => "Mask(alpha: Map(texture: Image(file: \"wood.png\"), channel: A))",
+        },
     }
 
     /// Roughness that depends on the direction.
@@ -187,6 +201,24 @@ schema! {
         abbe: Option<f32> where ABOVE_ZERO => "30",
         /// Where solids overlap the highest counts; at equal priority the one entered last.
         priority: i32 = "0" => "1",
+    }
+
+    /// Where a surface is. Rays that do not meet it go straight on.
+    choice Opacity {
+        /// Everywhere.
+        Opaque {},
+        /// Where a number reaches a limit: leaves, wire mesh.
+        Mask {
+            /// The number.
+            alpha: Number where ZERO_OR_MORE => "Map(texture: Image(file: \"wood.png\"), channel: A)",
+            /// The limit.
+            cutoff: f32 = "0.5" => "0.25",
+        },
+        /// As a veil, of which this part is there.
+        Blend {
+            /// The part.
+            alpha: Number where ZERO_TO_ONE => "0.5",
+        },
     }
 
     /// A film of transparent matter on a principled surface.

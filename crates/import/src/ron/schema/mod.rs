@@ -11,8 +11,8 @@ use crate::source::Span;
 mod material;
 mod texture;
 
-pub(crate) use material::{Anisotropy, Dispersion, Film, Fresnel, Iridescence, Material, Sides};
-pub(crate) use texture::{Axis, Channel, Filter, Number, Paint, Texture, UvSet, Wrap};
+pub(crate) use material::{Anisotropy, Dispersion, Film, Fresnel, Iridescence, Material, Opacity, Sides};
+pub(crate) use texture::{Axis, Channel, Filter, Map, Number, Paint, Texture, UvSet, Wrap};
 
 use super::decode::{Context, Decode, Fields, check_name, schema, variant};
 use super::info::{FieldInfo, Form, Kind, Range, TypeInfo, VariantInfo};
