@@ -59,16 +59,6 @@ impl<T: Decode> Decode for Option<T> {
     }
 }
 
-impl<T: Decode> Decode for Box<T> {
-    fn kind() -> Kind {
-        T::kind()
-    }
-
-    fn decode(node: &Node, context: &mut Context) -> Option<Self> {
-        T::decode(node, context).map(Box::new)
-    }
-}
-
 impl<T: Decode> Decode for Vec<T> {
     fn kind() -> Kind {
         Kind::List(Box::new(T::kind()))
