@@ -15,16 +15,17 @@ use std::arch::x86_64::*;
 use super::eight::{keys, store_ordered};
 use super::search::Nearest;
 use super::single;
-use super::slabs::{PAD, Slabs};
+use super::slabs::PAD;
 use super::wave::Task;
 use crate::aabb::Aabb;
 use crate::hit::Hit;
 use crate::ray::{Ray, Rays};
 use crate::scene::SceneGeometry;
-use crate::shape::ShapeKind;
+use crate::shape::{LocalHit, ShapeKind};
 use crate::tree::MeshTree;
 use crate::tree::node::{LEAF, Node, Patch};
-use crate::triangle::Shear;
+use crate::{Affine, intersect_triangle};
+use glam::Vec3;
 
 /// Rays in a packet.
 const WIDTH: usize = 16;
@@ -76,11 +77,9 @@ impl Stack {
 }
 
 /// Traces what is coherent, and lists the other rays.
-///
-/// # Safety
-/// The machine has AVX-512 F and VL, AVX2 and FMA.
-#[inline(always)]
-pub(super) unsafe fn trace<T: Task>(
+#[target_feature(enable = "avx512f,avx512vl,avx512dq")]
+#[inline]
+pub(super) fn trace<T: Task>(
     scene: &SceneGeometry<'_>,
     rays: Rays<'_>,
     task: &mut T,
@@ -91,55 +90,150 @@ pub(super) unsafe fn trace<T: Task>(
     memory.filling = Filling::default();
     memory.top.fit(scene.top.stack);
     memory.mesh.fit(scene.mesh_trees.iter().fold(1, |most, tree| most.max(tree.stack)));
+    let only_instance = scene.top.only_instance();
     for first in (0..rays.len()).step_by(WIDTH) {
         let last = rays.len().min(first + WIDTH);
-        if last - first < WIDTH || !memory.filling.is_worth_it() || !is_coherent(rays.direction, first) {
+        let taken = last - first == WIDTH
+            && memory.filling.is_worth_it()
+            && trace_packet(scene, only_instance, rays, first, task, memory);
+        if !taken {
             rest.extend(first as u32..last as u32);
-            continue;
-        }
-        let world: [Ray; WIDTH] = std::array::from_fn(|lane| rays.get(first + lane));
-        let start = world.iter().fold(0.0f32, |most, ray| most.max(ray.origin.abs().max_element()));
-        let Some(interval) = Interval::new(&world, scene.top.reach, scene.top.slack(start)) else {
-            rest.extend(first as u32..last as u32);
-            continue;
-        };
-        let mut packet = Packet::new(scene, world, &interval);
-        // SAFETY: the caller has the instruction set.
-        unsafe { packet.run(&interval, memory) };
-        for (lane, hit) in packet.hits.iter().enumerate() {
-            task.finish(first + lane, hit);
         }
     }
 }
 
-/// Whether sixteen directions agree in their signs and their largest axis.
-#[inline(always)]
-fn is_coherent(direction: [&[f32]; 3], first: usize) -> bool {
-    let column =
-        |axis: usize| -> &[f32; WIDTH] { direction[axis][first..first + WIDTH].try_into().expect("sixteen rays") };
-    let (x, y, z) = (column(0), column(1), column(2));
-    let (mut all, mut any) = ([!0u32; 3], [0u32; 3]);
-    let (mut along_x, mut along_y, mut along_z) = (0, 0, 0);
-    for lane in 0..WIDTH {
-        for (axis, column) in [x, y, z].into_iter().enumerate() {
-            all[axis] &= column[lane].to_bits();
-            any[axis] |= column[lane].to_bits();
-        }
-        // As `Shear::new` chooses.
-        let (x, y, z) = (x[lane].abs(), y[lane].abs(), z[lane].abs());
-        let is_z = z >= x && z >= y;
-        along_z += is_z as usize;
-        along_y += (!is_z && y > x) as usize;
-        along_x += (!is_z && y <= x) as usize;
+/// Traces the sixteen rays from `first` on, if they are coherent; false if they are not.
+#[target_feature(enable = "avx512f,avx512vl,avx512dq")]
+#[inline]
+fn trace_packet<T: Task>(
+    scene: &SceneGeometry<'_>,
+    only_instance: Option<u32>,
+    rays: Rays<'_>,
+    first: usize,
+    task: &mut T,
+    memory: &mut Memory,
+) -> bool {
+    let world = Beam::new(rays, first);
+    if world.axis().is_none() {
+        return false;
     }
-    let same_sign = (0..3).all(|axis| (all[axis] ^ any[axis]) >> 31 == 0);
-    same_sign && along_x.max(along_y).max(along_z) == WIDTH
+    let start = world.greatest_coordinate();
+    let Some(interval) = Interval::new(&world, scene.top.reach, scene.top.slack(start)) else { return false };
+    let mut packet = Packet {
+        scene,
+        world,
+        inverse: interval.inverses,
+        pad: interval.pad,
+        hits: Hits::misses(),
+        limit: f32::INFINITY,
+    };
+    packet.run(&interval, only_instance, memory);
+    task.finish_packet(first, &packet.hits);
+    true
+}
+
+/// Sixteen rays by columns.
+#[derive(Clone, Copy)]
+struct Beam {
+    origin: [__m512; 3],
+    direction: [__m512; 3],
+}
+
+impl Beam {
+    /// Sixteen rays from `first` on.
+    #[target_feature(enable = "avx512f,avx512vl,avx512dq")]
+    #[inline]
+    fn new(rays: Rays<'_>, first: usize) -> Beam {
+        let column = |columns: [&[f32]; 3], axis: usize| {
+            let column = &columns[axis][first..first + WIDTH];
+            // SAFETY: the column has sixteen lanes.
+            unsafe { _mm512_loadu_ps(column.as_ptr()) }
+        };
+        Beam {
+            origin: std::array::from_fn(|axis| column(rays.origin, axis)),
+            direction: std::array::from_fn(|axis| column(rays.direction, axis)),
+        }
+    }
+
+    /// One of the rays.
+    #[inline(always)]
+    fn ray(&self, lane: usize) -> Ray {
+        let at = |columns: &[__m512; 3]| Vec3::from_array(columns.each_ref().map(|column| floats(column)[lane]));
+        Ray { origin: at(&self.origin), direction: at(&self.direction) }
+    }
+
+    /// All rays, mapped as [`Affine::ray`] maps one: the same products and sums in the same order.
+    #[target_feature(enable = "avx512f,avx512vl,avx512dq")]
+    #[inline]
+    fn mapped(&self, map: &Affine) -> Beam {
+        let mut mapped = *self;
+        for axis in 0..3 {
+            let [x, y, z, w] = map.rows[axis].map(|number| _mm512_set1_pd(f64::from(number)));
+            let apply = |columns: &[__m512; 3], is_point: bool| {
+                let half = |upper: bool| {
+                    let [a, b, c] = columns.each_ref().map(|column| widened(*column, upper));
+                    let sum = _mm512_add_pd(_mm512_mul_pd(x, a), _mm512_mul_pd(y, b));
+                    let sum = _mm512_add_pd(sum, _mm512_mul_pd(z, c));
+                    _mm512_cvtpd_ps(if is_point { _mm512_add_pd(sum, w) } else { sum })
+                };
+                joined([half(false), half(true)])
+            };
+            mapped.origin[axis] = apply(&self.origin, true);
+            mapped.direction[axis] = apply(&self.direction, false);
+        }
+        mapped
+    }
+
+    /// The largest axis of all directions, if they agree in it and in their signs.
+    #[target_feature(enable = "avx512f,avx512vl,avx512dq")]
+    #[inline]
+    fn axis(&self) -> Option<usize> {
+        let signs = self.direction.map(|column| _mm512_movepi32_mask(_mm512_castps_si512(column)));
+        let [x, y, z] = self.direction.map(|column| _mm512_abs_ps(column));
+        // As `Shear::new` chooses.
+        let along_z = _mm512_cmp_ps_mask::<_CMP_GE_OQ>(z, x) & _mm512_cmp_ps_mask::<_CMP_GE_OQ>(z, y);
+        let along_y = _mm512_cmp_ps_mask::<_CMP_GT_OQ>(y, x) & !along_z;
+        let along = [!(along_y | along_z), along_y, along_z];
+        let same_signs = signs.into_iter().all(|signs| signs == 0 || signs == u16::MAX);
+        if same_signs { along.into_iter().position(|lanes| lanes == u16::MAX) } else { None }
+    }
+
+    /// The greatest absolute coordinate of an origin.
+    #[target_feature(enable = "avx512f,avx512vl,avx512dq")]
+    #[inline]
+    fn greatest_coordinate(&self) -> f32 {
+        let [x, y, z] = self.origin.map(|column| _mm512_abs_ps(column));
+        _mm512_reduce_max_ps(_mm512_max_ps(_mm512_max_ps(x, y), z))
+    }
+}
+
+/// Sixteen numbers in memory.
+#[inline(always)]
+fn floats(column: &__m512) -> &[f32; WIDTH] {
+    // SAFETY: sixteen floats are what it is.
+    unsafe { &*(&raw const *column).cast() }
+}
+
+/// The lower or the upper eight numbers in f64.
+#[target_feature(enable = "avx512f,avx512vl,avx512dq")]
+#[inline]
+fn widened(column: __m512, upper: bool) -> __m512d {
+    _mm512_cvtps_pd(if upper { _mm512_extractf32x8_ps::<1>(column) } else { _mm512_castps512_ps256(column) })
+}
+
+/// Both halves of a column.
+#[target_feature(enable = "avx512f,avx512vl,avx512dq")]
+#[inline]
+fn joined([lower, upper]: [__m256; 2]) -> __m512 {
+    _mm512_insertf32x8::<1>(_mm512_castps256_ps512(lower), upper)
 }
 
 /// A packet for the boxes of one tree: bounds of all its rays.
 struct Interval {
     /// The least and the greatest inverse direction.
     inverse: [[f32; 3]; 2],
+    /// The inverse directions.
+    inverses: [__m512; 3],
     /// The origin, with its pad, that brings near planes nearest, and the one that brings far planes farthest.
     near: [f32; 3],
     far: [f32; 3],
@@ -150,42 +244,50 @@ struct Interval {
 
 impl Interval {
     /// The bounds in `slabs` hold for every ray; the difference to a plane is taken before it is multiplied, which saves one of
-    /// its units. `None` if a ray is not usable.
-    #[inline(always)]
-    fn new(rays: &[Ray; WIDTH], reach: f32, slack: f32) -> Option<Interval> {
-        let (mut low, mut high) = (rays[0].origin, rays[0].origin);
-        let (mut least, mut most) = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
-        let mut usable = true;
-        let mut near_plane = [0; 3];
-        for ray in rays {
-            let slabs = Slabs::new(ray, reach, slack);
-            usable &= slabs.is_usable();
-            (low, high) = (low.min(ray.origin), high.max(ray.origin));
-            for axis in 0..3 {
-                least[axis] = least[axis].min(slabs.inverse[axis]);
-                most[axis] = most[axis].max(slabs.inverse[axis]);
-            }
-            near_plane = slabs.near_plane;
-        }
-        let pad = low.abs().max(high.abs()).max_element() * PAD + (reach * PAD + slack);
-        let (low, high) = (low - pad, high + pad);
-        let pick = |first: glam::Vec3, second: glam::Vec3| -> [f32; 3] {
-            std::array::from_fn(|axis| if near_plane[axis] & 1 == 0 { first[axis] } else { second[axis] })
-        };
-        usable.then(|| Interval {
-            inverse: [least, most],
-            near: pick(high, low),
-            far: pick(low, high),
+    /// its units. `None` if a ray may not be usable. The directions agree in their signs.
+    #[target_feature(enable = "avx512f,avx512vl,avx512dq")]
+    #[inline]
+    fn new(beam: &Beam, reach: f32, slack: f32) -> Option<Interval> {
+        let [x, y, z] = beam.direction.map(|column| _mm512_abs_ps(column));
+        let least = _mm512_mul_ps(_mm512_max_ps(_mm512_max_ps(x, y), z), _mm512_set1_ps(1.0 / (1u64 << 40) as f32));
+        let pad = beam.greatest_coordinate() * PAD + (reach * PAD + slack);
+        let zero = _mm512_setzero_ps();
+        let mut interval = Interval {
+            inverse: [[0.0; 3]; 2],
+            inverses: [zero; 3],
+            near: [0.0; 3],
+            far: [0.0; 3],
             pad,
-            near_plane,
-        })
+            near_plane: [0; 3],
+        };
+        let mut usable = !0;
+        for axis in 0..3 {
+            let (origin, direction) = (beam.origin[axis], beam.direction[axis]);
+            let is_negative = _mm512_movepi32_mask(_mm512_castps_si512(direction)) != 0;
+            let is_small = _mm512_cmp_ps_mask::<_CMP_LT_OQ>(_mm512_abs_ps(direction), least);
+            let smallest = if is_negative { _mm512_sub_ps(zero, least) } else { least };
+            let inverse = _mm512_div_ps(_mm512_set1_ps(1.0), _mm512_mask_mov_ps(direction, is_small, smallest));
+            // No test sees greater numbers than this one.
+            let greatest = _mm512_add_ps(_mm512_abs_ps(origin), _mm512_set1_ps(1.0 + 2.0 * pad));
+            let greatest = _mm512_mul_ps(_mm512_abs_ps(inverse), _mm512_mul_ps(greatest, _mm512_set1_ps(16.0)));
+            usable &= _mm512_cmp_ps_mask::<_CMP_LT_OQ>(greatest, _mm512_set1_ps(f32::INFINITY));
+            usable &= _mm512_cmp_ps_mask::<_CMP_NEQ_OQ>(inverse, zero);
+            interval.inverses[axis] = inverse;
+            interval.inverse[0][axis] = _mm512_reduce_min_ps(inverse);
+            interval.inverse[1][axis] = _mm512_reduce_max_ps(inverse);
+            let (low, high) = (_mm512_reduce_min_ps(origin) - pad, _mm512_reduce_max_ps(origin) + pad);
+            [interval.near[axis], interval.far[axis]] = if is_negative { [low, high] } else { [high, low] };
+            interval.near_plane[axis] = 2 * axis as u32 + u32::from(is_negative);
+        }
+        (usable == u16::MAX).then_some(interval)
     }
 
     /// Pushes the children of a node that any of the rays may meet before `limit`, and returns their number.
     ///
     /// # Safety
-    /// The machine has AVX-512 F and VL, AVX2 and FMA; both stacks have room for eight entries.
-    #[inline(always)]
+    /// Both stacks have room for eight entries.
+    #[target_feature(enable = "avx512f,avx512vl,avx512dq")]
+    #[inline]
     unsafe fn push(&self, node: &Node, limit: f32, distances: *mut f32, references: *mut u32) -> u32 {
         // SAFETY: as stated; nodes are aligned and have eight lanes, columns of planes are below six.
         unsafe {
@@ -209,47 +311,66 @@ impl Interval {
     }
 }
 
+/// What sixteen rays hit, by columns.
+#[derive(Clone, Copy)]
+#[repr(C, align(64))]
+pub(crate) struct Hits {
+    pub(crate) t: [f32; WIDTH],
+    pub(crate) u: [f32; WIDTH],
+    pub(crate) v: [f32; WIDTH],
+    pub(crate) instance: [u32; WIDTH],
+    pub(crate) primitive: [u32; WIDTH],
+}
+
+impl Hits {
+    fn misses() -> Hits {
+        let Hit { t, u, v, instance, primitive } = Hit::miss();
+        Hits { t: [t; WIDTH], u: [u; WIDTH], v: [v; WIDTH], instance: [instance; WIDTH], primitive: [primitive; WIDTH] }
+    }
+
+    #[inline(always)]
+    pub(crate) fn get(&self, lane: usize) -> Hit {
+        Hit {
+            t: self.t[lane],
+            u: self.u[lane],
+            v: self.v[lane],
+            instance: self.instance[lane],
+            primitive: self.primitive[lane],
+        }
+    }
+
+    #[inline(always)]
+    fn set(&mut self, lane: usize, hit: Hit) {
+        self.t[lane] = hit.t;
+        self.u[lane] = hit.u;
+        self.v[lane] = hit.v;
+        self.instance[lane] = hit.instance;
+        self.primitive[lane] = hit.primitive;
+    }
+}
+
 /// Sixteen rays on their way.
 struct Packet<'a> {
     scene: &'a SceneGeometry<'a>,
-    world: [Ray; WIDTH],
-    /// Origins and inverse directions of the world's rays, by columns, and by how much boxes are grown for them.
-    origin: [[f32; WIDTH]; 3],
-    inverse: [[f32; WIDTH]; 3],
+    world: Beam,
+    /// Inverse directions of the world's rays, and by how much boxes are grown for them.
+    inverse: [__m512; 3],
     pad: f32,
-    hits: [Hit; WIDTH],
+    hits: Hits,
     /// The farthest of the rays' nearest hits.
     limit: f32,
 }
 
-impl<'a> Packet<'a> {
-    #[inline(always)]
-    fn new(scene: &'a SceneGeometry<'a>, world: [Ray; WIDTH], interval: &Interval) -> Packet<'a> {
-        let (mut origin, mut inverse) = ([[0.0; WIDTH]; 3], [[0.0; WIDTH]; 3]);
-        for (lane, ray) in world.iter().enumerate() {
-            let slabs = Slabs::new(ray, 0.0, 0.0);
-            for axis in 0..3 {
-                origin[axis][lane] = ray.origin[axis];
-                inverse[axis][lane] = slabs.inverse[axis];
-            }
-        }
-        let hits = [Hit::miss(); WIDTH];
-        Packet { scene, world, origin, inverse, pad: interval.pad, hits, limit: f32::INFINITY }
-    }
-
+impl Packet<'_> {
     /// A bit for every ray that meets a box before its nearest hit.
-    ///
-    /// # Safety
-    /// The machine has AVX-512 F.
-    #[inline(always)]
-    unsafe fn meets(&self, aabb: &Aabb) -> u16 {
-        // SAFETY: as stated; columns have sixteen lanes.
+    #[target_feature(enable = "avx512f,avx512vl,avx512dq")]
+    #[inline]
+    fn meets(&self, aabb: &Aabb) -> u16 {
+        // SAFETY: the column has sixteen lanes and is aligned to 64 bytes.
         unsafe {
-            let t: [f32; WIDTH] = std::array::from_fn(|lane| self.hits[lane].t);
-            let (mut enter, mut leave) = (_mm512_setzero_ps(), _mm512_loadu_ps(t.as_ptr()));
+            let (mut enter, mut leave) = (_mm512_setzero_ps(), _mm512_load_ps(self.hits.t.as_ptr()));
             for axis in 0..3 {
-                let (origin, inverse) = (self.origin[axis].as_ptr(), self.inverse[axis].as_ptr());
-                let (origin, inverse) = (_mm512_loadu_ps(origin), _mm512_loadu_ps(inverse));
+                let (origin, inverse) = (self.world.origin[axis], self.inverse[axis]);
                 let low = _mm512_sub_ps(_mm512_set1_ps(aabb.min[axis] - self.pad), origin);
                 let high = _mm512_sub_ps(_mm512_set1_ps(aabb.max[axis] + self.pad), origin);
                 let (low, high) = (_mm512_mul_ps(low, inverse), _mm512_mul_ps(high, inverse));
@@ -260,10 +381,9 @@ impl<'a> Packet<'a> {
         }
     }
 
-    /// # Safety
-    /// The machine has AVX-512 F and VL, AVX2 and FMA; the stacks fit the scene's trees.
-    #[inline(always)]
-    unsafe fn run(&mut self, interval: &Interval, memory: &mut Memory) {
+    #[target_feature(enable = "avx512f,avx512vl,avx512dq")]
+    #[inline]
+    fn run(&mut self, interval: &Interval, only_instance: Option<u32>, memory: &mut Memory) {
         let scene = self.scene;
         for &plane in scene.planes {
             self.enter_alone(plane, u16::MAX, &mut memory.single);
@@ -271,19 +391,22 @@ impl<'a> Packet<'a> {
         self.update();
         let mut instances =
             Instances { mesh: &mut memory.mesh, single: &mut memory.single, filling: &mut memory.filling };
-        // SAFETY: as stated.
-        unsafe { walk(&scene.top.nodes, interval, &mut memory.top, self, &mut instances) };
+        match only_instance {
+            Some(instance) => self.enter(instance, &mut instances),
+            // SAFETY: the memory was made to fit the scene's trees.
+            None => unsafe { walk(&scene.top.nodes, interval, &mut memory.top, self, &mut instances) },
+        }
     }
 
     /// Meets an instance: ray by ray, or all together in its mesh's tree.
-    ///
-    /// # Safety
-    /// As [`Packet::run`].
-    #[inline(always)]
-    unsafe fn enter(&mut self, instance: u32, context: &mut Instances<'_>) {
+    #[target_feature(enable = "avx512f,avx512vl,avx512dq")]
+    #[inline]
+    fn enter(&mut self, instance: u32, context: &mut Instances<'_>) {
         let Instances { mesh: stack, single, filling } = context;
-        // SAFETY: as stated.
-        let lanes = unsafe { self.meets(&self.scene.top.box_of(instance)) };
+        let lanes = self.meets(&self.scene.top.box_of(instance));
+        if lanes == 0 {
+            return;
+        }
         let shape = self.scene.shapes[instance as usize];
         if shape.kind == ShapeKind::Mesh {
             filling.packets += 1;
@@ -296,20 +419,16 @@ impl<'a> Packet<'a> {
         }
         let tree = &self.scene.mesh_trees[shape.row as usize];
         let map = &self.scene.world_to_object[instance as usize];
-        let local: [Ray; WIDTH] = std::array::from_fn(|lane| map.ray(&self.world[lane]));
-        let shears: [Shear; WIDTH] = std::array::from_fn(|lane| Shear::new(&local[lane]));
-        let signs = |ray: &Ray| ray.direction.to_array().map(f32::is_sign_negative);
-        let together =
-            (1..WIDTH).all(|lane| shears[lane].axes == shears[0].axes && signs(&local[lane]) == signs(&local[0]));
-        let interval = Interval::new(&local, tree.reach, 0.0).filter(|_| together);
-        let Some(interval) = interval else {
+        let local = self.world.mapped(map);
+        let axis = local.axis();
+        let prepared = axis.and_then(|axis| Some((axis, Interval::new(&local, tree.reach, 0.0)?)));
+        let Some((axis, interval)) = prepared else {
             self.enter_alone(instance, lanes, single);
             self.update();
             return;
         };
-        let columns = Columns::new(&shears);
-        let mut patches = Patches { tree, shears: &shears, columns: &columns, instance };
-        // SAFETY: as stated.
+        let mut patches = Patches { tree, columns: Columns::new(&local, axis), local, instance };
+        // SAFETY: the memory was made to fit the scene's trees.
         unsafe { walk(&tree.nodes, &interval, stack, self, &mut patches) };
     }
 
@@ -319,99 +438,201 @@ impl<'a> Packet<'a> {
         while lanes != 0 {
             let lane = lanes.trailing_zeros() as usize;
             lanes &= lanes - 1;
-            let mut nearest = Nearest(self.hits[lane]);
-            single::enter_instance(self.scene, instance, &self.world[lane], single, &mut nearest);
-            self.hits[lane] = nearest.0;
+            let mut nearest = Nearest(self.hits.get(lane));
+            single::enter_instance(self.scene, instance, &self.world.ray(lane), single, &mut nearest);
+            self.hits.set(lane, nearest.0);
         }
     }
 
     fn update(&mut self) {
-        self.limit = self.hits.iter().fold(0.0, |most, hit| most.max(hit.t));
+        self.limit = self.hits.t.iter().fold(0.0, |most, &t| most.max(t));
     }
 
     /// Tests the triangles of a patch against all rays: in f32, and those that may be hit in f64.
-    ///
-    /// # Safety
-    /// The machine has AVX-512 F.
-    #[inline(always)]
-    unsafe fn test_patch(&mut self, patch: &Patch, context: &Patches<'_>) {
-        let Patches { tree, shears, columns, instance } = *context;
-        let [kx, ky, kz] = [0, 1, 2].map(|i| shears[0].axes[i] as usize);
+    #[target_feature(enable = "avx512f,avx512vl,avx512dq")]
+    #[inline]
+    fn test_patch(&mut self, patch: &Patch, context: &Patches<'_>) {
+        let Patches {
+            columns: Columns { axes: [kx, ky, kz], origin: [ox, oy, oz], slope: [slope_x, slope_y], .. },
+            ..
+        } = *context;
         let mut changed = false;
-        // SAFETY: as stated; the arrays have sixteen lanes and are aligned to 64 bytes.
-        unsafe {
-            let load = |column: &[f32; WIDTH]| _mm512_loadu_ps(column.as_ptr());
-            let zero = _mm512_setzero_ps();
-            let mut sheared = [[zero; 3]; 8];
-            let (slope_x, slope_y) = (load(&columns.slope[0]), load(&columns.slope[1]));
-            let [ox, oy, oz] = [load(&columns.origin[0]), load(&columns.origin[1]), load(&columns.origin[2])];
-            for (vertex, sheared) in sheared.iter_mut().enumerate() {
-                let z = _mm512_sub_ps(_mm512_set1_ps(patch.vertices[kz][vertex]), oz);
-                let x = _mm512_sub_ps(_mm512_set1_ps(patch.vertices[kx][vertex]), ox);
-                let y = _mm512_sub_ps(_mm512_set1_ps(patch.vertices[ky][vertex]), oy);
-                let (x, y) = (_mm512_sub_ps(x, _mm512_mul_ps(slope_x, z)), _mm512_sub_ps(y, _mm512_mul_ps(slope_y, z)));
-                *sheared = [x, y, z];
-            }
-            for triangle in 0..patch.triangles as usize & 15 {
-                let corner = |i: usize| &sheared[patch.corners[i][triangle & 7] as usize & 7];
-                let (a, b, c) = (corner(0), corner(1), corner(2));
-                let u = _mm512_sub_ps(_mm512_mul_ps(c[0], b[1]), _mm512_mul_ps(c[1], b[0]));
-                let v = _mm512_sub_ps(_mm512_mul_ps(a[0], c[1]), _mm512_mul_ps(a[1], c[0]));
-                let w = _mm512_sub_ps(_mm512_mul_ps(b[0], a[1]), _mm512_mul_ps(b[1], a[0]));
-                let least = _mm512_min_ps(_mm512_min_ps(u, v), w);
-                let most = _mm512_max_ps(_mm512_max_ps(u, v), w);
-                let mut mask =
-                    _mm512_cmp_ps_mask::<_CMP_GE_OQ>(least, zero) | _mm512_cmp_ps_mask::<_CMP_LE_OQ>(most, zero);
-                while mask != 0 {
-                    let lane = mask.trailing_zeros() as usize;
-                    mask &= mask - 1;
-                    let at = |corner: &[__m512; 3], axis: usize| {
-                        (*(&raw const corner[axis]).cast::<[f32; WIDTH]>())[lane] as f64
-                    };
-                    let corners = [a, b, c];
-                    let point = |i: usize| [at(corners[i], 0), at(corners[i], 1), at(corners[i], 2)];
-                    let as_they_are = || [0, 1, 2].map(|corner| patch.corner(triangle, corner));
-                    let Some(hit) = shears[lane].finish([point(0), point(1), point(2)], as_they_are) else { continue };
-                    let primitive = tree.primitives[patch.first as usize + triangle];
-                    let hit = Hit { t: hit.t, u: hit.u, v: hit.v, instance, primitive };
-                    if hit.precedes(&self.hits[lane]) {
-                        self.hits[lane] = hit;
-                        changed = true;
-                    }
-                }
+        let zero = _mm512_setzero_ps();
+        let mut sheared = [[zero; 3]; 8];
+        for (vertex, sheared) in sheared.iter_mut().enumerate() {
+            let z = _mm512_sub_ps(_mm512_set1_ps(patch.vertices[kz][vertex]), oz);
+            let x = _mm512_sub_ps(_mm512_set1_ps(patch.vertices[kx][vertex]), ox);
+            let y = _mm512_sub_ps(_mm512_set1_ps(patch.vertices[ky][vertex]), oy);
+            let (x, y) = (_mm512_sub_ps(x, _mm512_mul_ps(slope_x, z)), _mm512_sub_ps(y, _mm512_mul_ps(slope_y, z)));
+            *sheared = [x, y, z];
+        }
+        for triangle in 0..patch.triangles as usize & 15 {
+            let corner = |i: usize| &sheared[patch.corners[i][triangle & 7] as usize & 7];
+            let corners @ [a, b, c] = [corner(0), corner(1), corner(2)];
+            let u = _mm512_sub_ps(_mm512_mul_ps(c[0], b[1]), _mm512_mul_ps(c[1], b[0]));
+            let v = _mm512_sub_ps(_mm512_mul_ps(a[0], c[1]), _mm512_mul_ps(a[1], c[0]));
+            let w = _mm512_sub_ps(_mm512_mul_ps(b[0], a[1]), _mm512_mul_ps(b[1], a[0]));
+            let least = _mm512_min_ps(_mm512_min_ps(u, v), w);
+            let most = _mm512_max_ps(_mm512_max_ps(u, v), w);
+            let mask = _mm512_cmp_ps_mask::<_CMP_GE_OQ>(least, zero) | _mm512_cmp_ps_mask::<_CMP_LE_OQ>(most, zero);
+            if mask != 0 {
+                changed |= self.finish(patch, triangle, corners, mask, context);
             }
         }
         if changed {
             self.update();
         }
     }
+
+    /// Decides in f64 which rays hit a triangle, as [`Shear::finish`] does for one; true if any of them had no nearer hit.
+    #[target_feature(enable = "avx512f,avx512vl,avx512dq")]
+    #[inline]
+    fn finish(
+        &mut self,
+        patch: &Patch,
+        triangle: usize,
+        corners: [&[__m512; 3]; 3],
+        mask: u16,
+        context: &Patches<'_>,
+    ) -> bool {
+        // SAFETY: the columns have sixteen lanes and are aligned to 64 bytes.
+        unsafe {
+            let [lower, upper] = [false, true].map(|upper| Decided::new(corners, context.columns.depth, upper));
+            let both = |a: u8, b: u8| u16::from(a) | u16::from(b) << 8;
+            let t = joined([lower.t, upper.t]);
+            let slim = both(lower.slim, upper.slim) & mask;
+            let primitive = context.tree.primitives[patch.first as usize + triangle];
+            let (own_instance, own_primitive) =
+                (_mm512_set1_epi32(context.instance as i32), _mm512_set1_epi32(primitive as i32));
+            let hits = &mut self.hits;
+            let best = _mm512_load_ps(hits.t.as_ptr());
+            let instance = _mm512_load_si512(hits.instance.as_ptr().cast());
+            let number = _mm512_load_si512(hits.primitive.as_ptr().cast());
+            // As `Hit::precedes`.
+            let lower_number = _mm512_cmplt_epu32_mask(own_instance, instance)
+                | _mm512_cmpeq_epu32_mask(own_instance, instance) & _mm512_cmplt_epu32_mask(own_primitive, number);
+            let precedes =
+                _mm512_cmp_ps_mask::<_CMP_LT_OQ>(t, best) | _mm512_cmp_ps_mask::<_CMP_EQ_OQ>(t, best) & lower_number;
+            let found = both(lower.found, upper.found) & precedes & mask & !slim;
+            if found != 0 {
+                let (u, v) = (joined([lower.u(), upper.u()]), joined([lower.v(), upper.v()]));
+                _mm512_mask_store_ps(hits.t.as_mut_ptr(), found, t);
+                _mm512_mask_store_ps(hits.u.as_mut_ptr(), found, u);
+                _mm512_mask_store_ps(hits.v.as_mut_ptr(), found, v);
+                _mm512_mask_store_epi32(hits.instance.as_mut_ptr().cast(), found, own_instance);
+                _mm512_mask_store_epi32(hits.primitive.as_mut_ptr().cast(), found, own_primitive);
+            }
+            if slim != 0 { self.finish_slim(patch, triangle, slim, context) | (found != 0) } else { found != 0 }
+        }
+    }
+
+    /// The same ray by ray, where a triangle is too thin for its weights.
+    #[cold]
+    fn finish_slim(&mut self, patch: &Patch, triangle: usize, mut lanes: u16, context: &Patches<'_>) -> bool {
+        let corners = [0, 1, 2].map(|corner| patch.corner(triangle, corner));
+        let primitive = context.tree.primitives[patch.first as usize + triangle];
+        let mut changed = false;
+        while lanes != 0 {
+            let lane = lanes.trailing_zeros() as usize;
+            lanes &= lanes - 1;
+            if let Some(LocalHit { t, u, v, .. }) = intersect_triangle(&context.local.ray(lane), corners) {
+                let hit = Hit { t, u, v, instance: context.instance, primitive };
+                if hit.precedes(&self.hits.get(lane)) {
+                    self.hits.set(lane, hit);
+                    changed = true;
+                }
+            }
+        }
+        changed
+    }
 }
 
-/// What shearing needs of sixteen rays, by columns: origins in the order of the axes, and slopes.
+/// Eight rays against a triangle, decided in f64.
+struct Decided {
+    t: __m256,
+    /// Which rays hit it; without meaning where it is slim.
+    found: u8,
+    /// For which rays its weights are uncertain.
+    slim: u8,
+    /// Two weights and the sum of all.
+    v: __m512d,
+    w: __m512d,
+    determinant: __m512d,
+}
+
+impl Decided {
+    /// `depth` are the rays' directions along their largest axis.
+    #[target_feature(enable = "avx512f,avx512vl,avx512dq")]
+    #[inline]
+    fn new(corners: [&[__m512; 3]; 3], depth: __m512, upper: bool) -> Decided {
+        let [a, b, c] = corners.map(|corner| corner.map(|column| widened(column, upper)));
+        let product = |a, b, c, d| _mm512_sub_pd(_mm512_mul_pd(a, b), _mm512_mul_pd(c, d));
+        let u = product(c[0], b[1], c[1], b[0]);
+        let v = product(a[0], c[1], a[1], c[0]);
+        let w = product(b[0], a[1], b[1], a[0]);
+        let zero = _mm512_setzero_pd();
+        let below = |x| _mm512_cmp_pd_mask::<_CMP_LT_OQ>(x, zero);
+        let above = |x| _mm512_cmp_pd_mask::<_CMP_GT_OQ>(x, zero);
+        let outside = (below(u) | below(v) | below(w)) & (above(u) | above(v) | above(w));
+        let determinant = _mm512_add_pd(_mm512_add_pd(u, v), w);
+        let sum = _mm512_add_pd(_mm512_mul_pd(u, a[2]), _mm512_mul_pd(v, b[2]));
+        let sum = _mm512_add_pd(sum, _mm512_mul_pd(w, c[2]));
+        let t = _mm512_cvtpd_ps(_mm512_div_pd(sum, _mm512_mul_pd(determinant, widened(depth, upper))));
+        let greatest = |axis: usize| {
+            let [a, b, c] = [a, b, c].map(|corner| _mm512_abs_pd(corner[axis]));
+            _mm512_max_pd(_mm512_max_pd(a, b), c)
+        };
+        let extent = _mm512_max_pd(greatest(0), greatest(1));
+        let bound = _mm512_mul_pd(_mm512_mul_pd(extent, extent), _mm512_set1_pd(1.0 / (1u32 << 25) as f64));
+        let not_zero = _mm512_cmp_pd_mask::<_CMP_NEQ_UQ>(determinant, zero);
+        let slim = _mm512_cmp_pd_mask::<_CMP_LT_OQ>(_mm512_abs_pd(determinant), bound) & not_zero & !outside;
+        let ahead = _mm256_cmp_ps_mask::<_CMP_GT_OQ>(t, _mm256_setzero_ps())
+            & _mm256_cmp_ps_mask::<_CMP_LT_OQ>(t, _mm256_set1_ps(f32::INFINITY));
+        Decided { t, found: ahead & not_zero & !outside, slim, v, w, determinant }
+    }
+
+    /// The hit's first weight.
+    #[target_feature(enable = "avx512f,avx512vl,avx512dq")]
+    #[inline]
+    fn u(&self) -> __m256 {
+        _mm512_cvtpd_ps(_mm512_div_pd(self.v, self.determinant))
+    }
+
+    /// The hit's second weight.
+    #[target_feature(enable = "avx512f,avx512vl,avx512dq")]
+    #[inline]
+    fn v(&self) -> __m256 {
+        _mm512_cvtpd_ps(_mm512_div_pd(self.w, self.determinant))
+    }
+}
+
+/// What shearing needs of sixteen rays, as [`Shear`](crate::triangle::Shear) has it of one.
+#[derive(Clone, Copy)]
 struct Columns {
-    origin: [[f32; WIDTH]; 3],
-    slope: [[f32; WIDTH]; 2],
+    /// The axes in turn, the one of the largest direction last.
+    axes: [usize; 3],
+    /// Origins in the order of the axes.
+    origin: [__m512; 3],
+    slope: [__m512; 2],
+    /// Directions along the last axis.
+    depth: __m512,
 }
 
 impl Columns {
-    #[inline(always)]
-    fn new(shears: &[Shear; WIDTH]) -> Columns {
-        let mut columns = Columns { origin: [[0.0; WIDTH]; 3], slope: [[0.0; WIDTH]; 2] };
-        for (lane, shear) in shears.iter().enumerate() {
-            for axis in 0..3 {
-                columns.origin[axis][lane] = shear.origin[shears[0].axes[axis] as usize % 3];
-            }
-            columns.slope[0][lane] = shear.slope[0];
-            columns.slope[1][lane] = shear.slope[1];
-        }
-        columns
+    #[target_feature(enable = "avx512f,avx512vl,avx512dq")]
+    #[inline]
+    fn new(beam: &Beam, axis: usize) -> Columns {
+        let axes = [[1, 2, 0], [2, 0, 1], [0, 1, 2]][axis];
+        let [x, y, depth] = axes.map(|axis: usize| beam.direction[axis]);
+        let slope = [_mm512_div_ps(x, depth), _mm512_div_ps(y, depth)];
+        Columns { axes, origin: axes.map(|axis| beam.origin[axis]), slope, depth }
     }
 }
 
 /// What a packet meets at the leaves of a tree. (A closure would not be compiled for the instruction set.)
 trait Leaves {
     /// # Safety
-    /// As [`Packet::run`].
+    /// The machine has AVX-512 F, VL and DQ.
     unsafe fn visit(&mut self, packet: &mut Packet<'_>, leaf: u32);
 }
 
@@ -423,34 +644,36 @@ struct Instances<'m> {
 }
 
 impl Leaves for Instances<'_> {
-    #[inline(always)]
+    #[target_feature(enable = "avx512f,avx512vl,avx512dq")]
+    #[inline]
     unsafe fn visit(&mut self, packet: &mut Packet<'_>, leaf: u32) {
-        // SAFETY: as stated.
-        unsafe { packet.enter(leaf, self) }
+        packet.enter(leaf, self)
     }
 }
 
 /// The leaves of a mesh's tree.
 struct Patches<'m> {
     tree: &'m MeshTree,
-    shears: &'m [Shear; WIDTH],
-    columns: &'m Columns,
+    /// The rays in the mesh's space.
+    local: Beam,
+    columns: Columns,
     instance: u32,
 }
 
 impl Leaves for Patches<'_> {
-    #[inline(always)]
+    #[target_feature(enable = "avx512f,avx512vl,avx512dq")]
+    #[inline]
     unsafe fn visit(&mut self, packet: &mut Packet<'_>, leaf: u32) {
-        // SAFETY: as stated.
-        unsafe { packet.test_patch(&self.tree.patches[leaf as usize], self) }
+        packet.test_patch(&self.tree.patches[leaf as usize], self)
     }
 }
 
 /// Visits the leaves of a tree that a packet may meet, the nearest first.
 ///
 /// # Safety
-/// The machine has AVX-512 F and VL, AVX2 and FMA; the stack fits the tree.
-#[inline(always)]
+/// The stack fits the tree.
+#[target_feature(enable = "avx512f,avx512vl,avx512dq")]
+#[inline]
 unsafe fn walk(
     nodes: &[Node],
     interval: &Interval,

@@ -13,6 +13,8 @@
 //!
 //! A box is kept while near ≤ the best t so far, equality included: a hit of the same t may have the lower number.
 
+use glam::Vec3A;
+
 use crate::ray::Ray;
 use crate::tree::node::Node;
 
@@ -37,19 +39,19 @@ impl Slabs {
     /// `reach` is the largest absolute coordinate of any box, `slack` an absolute growth of boxes beyond the usual.
     #[inline(always)]
     pub(crate) fn new(ray: &Ray, reach: f32, slack: f32) -> Slabs {
-        let pad = (ray.origin.abs().max_element() + reach) * PAD + slack;
-        let least = ray.direction.abs().max_element() * (1.0 / (1u64 << 40) as f32);
-        let mut slabs = Slabs { inverse: [0.0; 3], near: [0.0; 3], far: [0.0; 3], near_plane: [0; 3] };
-        for axis in 0..3 {
-            let (o, d) = (ray.origin[axis], ray.direction[axis]);
-            let inverse = 1.0 / (if d.abs() < least { least.copysign(d) } else { d });
-            let pad = pad.copysign(d);
-            slabs.inverse[axis] = inverse;
-            slabs.near[axis] = (o + pad) * inverse;
-            slabs.far[axis] = (o - pad) * inverse;
-            slabs.near_plane[axis] = 2 * axis as u32 + (d.to_bits() >> 31);
+        let (origin, direction) = (Vec3A::from(ray.origin), Vec3A::from(ray.direction));
+        let pad = (origin.abs().max_element() + reach) * PAD + slack;
+        let least = Vec3A::splat(direction.abs().max_element() * (1.0 / (1u64 << 40) as f32));
+        let is_small = direction.abs().cmplt(least);
+        let inverse = Vec3A::select(is_small, least.copysign(direction), direction).recip();
+        let pad = Vec3A::splat(pad).copysign(direction);
+        let signs = direction.is_negative_bitmask();
+        Slabs {
+            inverse: inverse.to_array(),
+            near: ((origin + pad) * inverse).to_array(),
+            far: ((origin - pad) * inverse).to_array(),
+            near_plane: [signs & 1, 2 + (signs >> 1 & 1), 4 + (signs >> 2 & 1)],
         }
-        slabs
     }
 
     /// Whether box tests will see numbers. A ray that is not usable meets nothing: it is infinite or has no direction.

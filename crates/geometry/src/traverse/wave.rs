@@ -67,6 +67,11 @@ pub(crate) trait Task {
     fn limit(&self, ray: usize) -> f32;
     /// Takes a ray's hit.
     fn finish(&mut self, ray: usize, hit: &Hit);
+    /// Takes the hits of sixteen rays from `first` on.
+    #[cfg(target_arch = "x86_64")]
+    fn finish_packet(&mut self, first: usize, hits: &super::packet::Hits) {
+        (0..hits.t.len()).for_each(|lane| self.finish(first + lane, &hits.get(lane)));
+    }
 }
 
 /// The nearest hits.
@@ -218,7 +223,8 @@ pub(crate) unsafe fn wave<K: Kernel, T: Task>(
     memory.slots.resize_with(SLOTS, Slot::idle);
     let stacks = Stacks { base: memory.stacks.as_mut_ptr(), entries };
     let slots: &mut [Slot; SLOTS] = memory.slots.as_mut_slice().try_into().expect("there are that many slots");
-    let mut wave = Wave { scene, rays, order, task, slots, stacks, next_ray: 0 };
+    let only_instance = scene.top.only_instance();
+    let mut wave = Wave { scene, rays, order, task, slots, stacks, only_instance, next_ray: 0 };
     // SAFETY: the stacks have room for the deepest tree of each level, their sentinels, and eight entries more.
     unsafe { wave.run::<K>() };
 }
@@ -231,6 +237,8 @@ struct Wave<'a, 'm, T> {
     task: T,
     slots: &'m mut [Slot; SLOTS],
     stacks: Stacks,
+    /// The instance that rays begin in, without a look at its box, if there is no other.
+    only_instance: Option<u32>,
     next_ray: usize,
 }
 
@@ -351,7 +359,8 @@ impl<T: Task> Wave<'_, '_, T> {
                 let (distances, references) = self.stacks.of(slot as usize);
                 let state = self.slots.get_unchecked_mut(slot as usize);
                 let mut top = state.stack as usize - 1;
-                while *distances.add(top) > state.limit {
+                // The limit of any hit never falls: what was pushed is still before it.
+                while !T::ANY && *distances.add(top) > state.limit {
                     top -= 1;
                 }
                 let reference = *references.add(top);
@@ -402,10 +411,7 @@ impl<T: Task> Wave<'_, '_, T> {
             state.ray_index = index as u32;
             state.hit = Hit::miss();
             state.limit = self.task.limit(index);
-            let start = ray.origin.abs().max_element();
-            state.top = Slabs::new(&ray, self.scene.top.reach, self.scene.top.slack(start));
-            state.go_on_top(self.scene);
-            let mut over = !state.top.is_usable();
+            let mut over = false;
             for &plane in self.scene.planes {
                 let local = self.scene.world_to_object[plane as usize].ray(&ray);
                 let row = self.scene.shapes[plane as usize].row as usize;
@@ -414,18 +420,30 @@ impl<T: Task> Wave<'_, '_, T> {
                     over |= state.offer::<T>(hit);
                 }
             }
-            if over {
-                let hit = state.hit;
-                self.task.finish(index, &hit);
-                continue;
-            }
             // SAFETY: every stack has room for more than two entries.
             unsafe {
                 (*distances, *references) = (f32::NEG_INFINITY, DONE);
                 (*distances.add(1), *references.add(1)) = (0.0, 0);
             }
-            state.stack = 2;
-            return true;
+            state.stack = 1;
+            let goes_on = if over {
+                false
+            } else if let Some(instance) = self.only_instance {
+                state.current = LEAF | instance;
+                self.enter(slot)
+            } else {
+                let start = ray.origin.abs().max_element();
+                state.top = Slabs::new(&ray, self.scene.top.reach, self.scene.top.slack(start));
+                state.go_on_top(self.scene);
+                state.top.is_usable()
+            };
+            let state = &mut self.slots[slot];
+            if goes_on {
+                state.stack = 2;
+                return true;
+            }
+            let hit = state.hit;
+            self.task.finish(index, &hit);
         }
         false
     }
@@ -459,12 +477,15 @@ impl<T: Task> Wave<'_, '_, T> {
                 state.strides = [size_of::<Node>() as u32, size_of::<Patch>() as u32];
                 state.primitives = tree.primitives.as_ptr();
                 state.current = 0;
-                // SAFETY: stacks have room for a sentinel in each level.
-                unsafe {
-                    (*distances.add(state.stack as usize), *references.add(state.stack as usize)) =
-                        (f32::NEG_INFINITY, LEAVE);
+                // Where nothing waits among the instances, the ray is done when it has been through the mesh.
+                if state.stack > 1 {
+                    // SAFETY: stacks have room for a sentinel in each level.
+                    unsafe {
+                        (*distances.add(state.stack as usize), *references.add(state.stack as usize)) =
+                            (f32::NEG_INFINITY, LEAVE);
+                    }
+                    state.stack += 1;
                 }
-                state.stack += 1;
                 true
             }
         )

@@ -270,6 +270,12 @@ impl TopTree {
         self.nodes[at >> 3].bounds(at & 7)
     }
 
+    /// The instance, if there is one alone.
+    pub(crate) fn only_instance(&self) -> Option<u32> {
+        let root = &self.nodes[0];
+        (root.count == 1 && root.children[0] & LEAF != 0).then_some(root.children[0] & !LEAF)
+    }
+
     /// By how much box tests have to be generous to a ray that starts there, beyond what [`Placed::padded`] does.
     #[inline(always)]
     pub(crate) fn slack(&self, start: f32) -> f32 {
