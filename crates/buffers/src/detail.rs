@@ -125,7 +125,8 @@ impl SceneBuffers {
         }
     }
 
-    fn mapped(&self, map: TextureId, scale: f32, place: &SurfacePlace, normal: Vec3) -> Vec3 {
+    /// A unit normal, bent by a map of normals.
+    pub fn mapped(&self, map: TextureId, scale: f32, place: &SurfacePlace, normal: Vec3) -> Vec3 {
         let [x, y, z] = (self.texture(map, place).truncate() * 2.0 - 1.0).to_array();
         let (x, y) = (x * scale, y * scale);
         if x == 0.0 && y == 0.0 {

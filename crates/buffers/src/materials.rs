@@ -187,6 +187,10 @@ columns! {
         pub clearcoat: ScalarSource,
         /// Its square is the clearcoat's GGX width.
         pub clearcoat_roughness: ScalarSource,
+        /// The map of the clearcoat's normals, or `TextureId::NONE`.
+        pub clearcoat_normal: TextureId,
+        /// Factor of that map's components along tangent and bitangent.
+        pub clearcoat_normal_scale: f32,
         /// Color of the sheen.
         pub sheen_color: ColorSource,
         /// Its square is the sheen's width.

@@ -170,8 +170,10 @@ impl SceneBuffers {
             let is_part = (0.0..=1.0).contains(&scalar.factor) && self.has_texture(scalar.texture);
             require(is_part, || format!("a principled material has a factor {scalar:?}"))?;
         }
-        let has_textures = scattering.anisotropy_texture.iter().all(|&texture| self.has_texture(texture));
-        require(has_textures, || "a principled material has an anisotropy that is none".to_owned())
+        let mut textures = scattering.anisotropy_texture.iter().chain(scattering.clearcoat_normal);
+        let are_sound = textures.all(|&texture| self.has_texture(texture))
+            && scattering.clearcoat_normal_scale.iter().all(|scale| scale.is_finite());
+        require(are_sound, || "a principled material has a map that is none".to_owned())
     }
 
     fn has_color(&self, color: &ColorSource) -> bool {

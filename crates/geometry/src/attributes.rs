@@ -54,6 +54,15 @@ impl SceneGeometry<'_> {
         Some((to_world.vector(tangent.truncate()), side * 1f32.copysign(tangent.w)))
     }
 
+    /// The unit normal of a mesh that has them, in world space.
+    pub fn vertex_normal(&self, place: &SurfacePlace) -> Option<Vec3> {
+        let (mesh, point) = self.mesh_at(place).filter(|(mesh, _)| !mesh.normals.is_empty())?;
+        let weigh = mesh.weigh(place.primitive as usize, point);
+        let normal = weigh.fold(Vec3::ZERO, |sum, (vertex, weight)| sum + mesh.normals[vertex] * weight);
+        let to_object = &self.world_to_object[place.instance as usize];
+        to_object.transposed_f64(normal.as_dvec3()).try_normalize().map(|normal| normal.as_vec3())
+    }
+
     /// The gradients of u and v along the surface, in world space: how much they grow a meter, and where to. Zero where they do not
     /// depend on the place, or have none (poles).
     pub fn uv_gradients(&self, place: &SurfacePlace, set: UvSet) -> [Vec3; 2] {
@@ -217,7 +226,7 @@ mod tests {
         }
     }
 
-    /// A triangle in the plane z = 0 whose second coordinates are (x, 2y), with a color at each corner.
+    /// A triangle in the plane z = 0 whose second coordinates are (x, 2y), with a color and a normal at each corner.
     fn triangle() -> TriangleMesh {
         TriangleMesh {
             positions: vec![Vec3::ZERO, Vec3::X * 2.0, Vec3::Y],
@@ -225,8 +234,8 @@ mod tests {
             second_uvs: vec![Vec2::ZERO, Vec2::X * 2.0, Vec2::Y * 2.0],
             colors: vec![Vec4::X, Vec4::Y, Vec4::W],
             tangents: vec![Vec4::new(1.0, 0.0, 0.0, -1.0); 3],
+            normals: vec![Vec3::Z, Vec3::X, Vec3::Y],
             triangles: vec![[0, 1, 2]],
-            ..Default::default()
         }
     }
 
@@ -248,6 +257,8 @@ mod tests {
             let (tangent, handedness) = scene.vertex_tangent(&place).unwrap();
             assert!(tangent.normalize().abs_diff_eq(Vec3::X * side, 1e-6));
             assert_eq!(handedness, -side);
+            let normal = Vec3::new(0.25 * side, 0.25, 0.5).normalize();
+            assert!(scene.vertex_normal(&place).unwrap().abs_diff_eq(normal, 1e-6));
             // One step of 2 m in object space is one of u and one of 1 m one of v; of the second set one of 1 m and half a one.
             let scale = map.transform_vector3(Vec3::X).length();
             for (set, expected) in [(UvSet::First, [0.5, 1.0]), (UvSet::Second, [1.0, 2.0])] {
@@ -264,12 +275,12 @@ mod tests {
     #[test]
     fn what_a_mesh_lacks_has_a_stand_in() {
         let mut mesh = triangle();
-        (mesh.second_uvs, mesh.colors, mesh.tangents) = Default::default();
+        (mesh.second_uvs, mesh.colors, mesh.tangents, mesh.normals) = Default::default();
         let scene = One::new(mesh, Affine3A::IDENTITY);
         let place = SurfacePlace { instance: 0, primitive: 0, position: Vec3::ZERO, uv: Vec2::new(0.3, 0.6) };
         let scene = scene.geometry();
         assert_eq!((scene.uv(&place, UvSet::Second), scene.vertex_color(&place)), (place.uv, Vec4::ONE));
-        assert_eq!(scene.vertex_tangent(&place), None);
+        assert_eq!((scene.vertex_tangent(&place), scene.vertex_normal(&place)), (None, None));
         assert_eq!(scene.uv_gradients(&place, UvSet::Second), scene.uv_gradients(&place, UvSet::First));
     }
 }

@@ -340,6 +340,7 @@ impl Editor {
         Principled {
             base_color: self.color(),
             metallic: self.scalar(),
+            clearcoat_normal: self.scalar().texture.map(|(texture, _)| NormalMap { texture, scale: 0.5 }),
             sheen_color: self.color(),
             anisotropy: Anisotropy { strength: 0.5, rotation: 1.0, texture: self.scalar().texture.map(|map| map.0) },
             transmission,

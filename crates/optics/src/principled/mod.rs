@@ -21,7 +21,7 @@
 //!   that has the same `f0`.
 //! - **Sheen** and **clearcoat** (of index 1.5) lie above that, in this order, and leave what is below them `1 - max(E(view),
 //!   E(light))`: KHR_materials_sheen's own formula, in place of the clearcoat's Fresnel value of the viewer's side, which is
-//!   not reciprocal. From inside a volume they are not seen.
+//!   not reciprocal. From inside a volume they are not seen. A clearcoat has a normal of its own.
 //!
 //! So the whole is reciprocal (but for diffuse light through boundaries; glass over the squared index) and makes no energy. Opaque facets are no narrower
 //! than [`SMOOTH_ALPHA`]: a mirror is a lobe like any other. Only the directions of smooth glass are singular.
@@ -34,6 +34,7 @@ use glam::{Vec2, Vec3};
 
 use self::glass::Glass;
 use crate::albedo_table;
+use crate::basis::Basis;
 use crate::fresnel::{self, f0_dielectric};
 use crate::lobe::{DELTA, LobeSample, LobeSplit, LobeValue, mean};
 use crate::microfacet::{Ggx, RoughDielectric, SMOOTH_ALPHA};
@@ -75,6 +76,8 @@ pub struct Parameters {
     pub clearcoat: f32,
     /// The clearcoat's facets.
     pub clearcoat_facets: Ggx,
+    /// The clearcoat's own normal, as it may follow other bumps than what it lies on.
+    pub clearcoat_normal: Vec3,
     /// The color of the sheen.
     pub sheen_color: Vec3,
     /// The width of the sheen, the square of its roughness.
@@ -116,6 +119,8 @@ pub struct Principled {
     filmed: Option<Filmed>,
     clearcoat: f32,
     clearcoat_facets: Ggx,
+    /// The frame around the clearcoat's normal.
+    clearcoat_frame: Basis,
     sheen_color: Vec3,
     sheen_alpha: f32,
     /// Whether clearcoat and sheen lie on the other side.
@@ -173,6 +178,7 @@ impl Default for Parameters {
             specular_color: Vec3::ONE,
             clearcoat: 0.0,
             clearcoat_facets: Ggx::isotropic(0.0),
+            clearcoat_normal: Vec3::Z,
             sheen_color: Vec3::ZERO,
             sheen_alpha: 0.0,
             transmission: 0.0,
@@ -214,6 +220,7 @@ impl Principled {
             filmed: (parameters.iridescence > 0.0).then(|| Filmed::new(parameters, opaque)),
             clearcoat: parameters.clearcoat,
             clearcoat_facets: spread(parameters.clearcoat_facets),
+            clearcoat_frame: Basis::around(turned(parameters.direction, parameters.clearcoat_normal)),
             sheen_color: parameters.sheen_color,
             sheen_alpha: parameters.sheen_alpha.max(sheen::MIN_ALPHA),
             is_inside: matches!(parameters.interface, Interface::Boundary { inside: true, .. }),
@@ -342,9 +349,7 @@ impl Principled {
             (pdf, chosen) = (pdf + even, chosen + even);
         }
         if covered && self.clearcoat > 0.0 {
-            let coat = self
-                .clearcoat_facets
-                .reflection(view, light, |cosine| Vec3::splat(self.clearcoat * fresnel::schlick(cosine, CLEARCOAT_F0)));
+            let coat = if is_through { LobeValue::BLACK } else { self.coat(view, light) };
             f_cos = f_cos * (1.0 - from.clearcoat.max(to.clearcoat)) + coat.f_cos;
             (pdf, chosen) = (pdf + chances.clearcoat * coat.pdf, chosen + chances.clearcoat * coat.pdf);
         }
@@ -352,12 +357,22 @@ impl Principled {
         LobeValue { f_cos, pdf, choice, ..LobeValue::BLACK }
     }
 
+    /// The clearcoat's own lobe, about its own normal.
+    #[inline(always)]
+    fn coat(&self, view: Vec3, light: Vec3) -> LobeValue {
+        let [view, light] = [view, light].map(|w| self.clearcoat_frame.to_local(w));
+        let fresnel = |cosine| Vec3::splat(self.clearcoat * fresnel::schlick(cosine, CLEARCOAT_F0));
+        self.clearcoat_facets.reflection(view, light, fresnel)
+    }
+
     /// A direction of any lobe but that of glass.
     #[inline(always)]
     fn sample_opaque(&self, chances: &Chances, view: Vec3, u: Vec2, choice: f32) -> Option<Vec3> {
         let above = chances.clearcoat + chances.sheen;
         if choice < chances.clearcoat {
-            Some(self.clearcoat_facets.sample_reflection(view, u, |_| Vec3::ONE)?.direction)
+            let view = self.clearcoat_frame.to_local(view);
+            let sample = self.clearcoat_facets.sample_reflection(view, u, |_| Vec3::ONE)?;
+            Some(self.clearcoat_frame.to_world(sample.direction)).filter(|direction| direction.z > 0.0)
         } else if choice < above {
             // Evenly: at grazing incidence a sheen is brightest along the horizon.
             Some(warp::cone(u, HEMISPHERE))
@@ -394,8 +409,7 @@ impl Principled {
     /// Into the frame of the facets.
     #[inline(always)]
     fn turned(&self, w: Vec3) -> Vec3 {
-        let Vec2 { x: cos, y: sin } = self.direction;
-        Vec3::new(w.x * cos + w.y * sin, w.y * cos - w.x * sin, w.z)
+        turned(self.direction, w)
     }
 
     #[inline(always)]
@@ -445,7 +459,8 @@ impl Principled {
         let (cosine, alpha) = (w.z.abs(), self.facets.mean_alpha());
         let (whole, grazing) = (albedo_table::mirror(cosine, alpha), albedo_table::grazing(cosine, alpha));
         let clearcoat = if self.clearcoat > 0.0 {
-            let alpha = self.clearcoat_facets.mean_alpha();
+            let (alpha, cosine) =
+                (self.clearcoat_facets.mean_alpha(), self.clearcoat_frame.normal.dot(w).abs().min(1.0));
             let (whole, grazing) = (albedo_table::mirror(cosine, alpha), albedo_table::grazing(cosine, alpha));
             self.clearcoat * schlick([CLEARCOAT_F0, 1.0], whole, grazing)
         } else {
@@ -574,6 +589,12 @@ fn further(f0: Vec3, alpha: f32) -> Vec3 {
 #[inline(always)]
 fn schlick([f0, f90]: [f32; 2], whole: f32, grazing: f32) -> f32 {
     f0 * (whole - grazing) + f90 * grazing
+}
+
+/// Into a frame whose x axis is the given direction.
+#[inline(always)]
+fn turned(Vec2 { x: cos, y: sin }: Vec2, w: Vec3) -> Vec3 {
+    Vec3::new(w.x * cos + w.y * sin, w.y * cos - w.x * sin, w.z)
 }
 
 /// Facets that are no mirror.

@@ -313,6 +313,36 @@ fn films_without_thickness_change_little() {
     }
 }
 
+/// Over a black base the coat alone is seen: as if the surface were tilted as its own normal is, 20° here.
+#[test]
+fn a_clearcoat_has_its_own_normal() {
+    let tilt = glam::Quat::from_rotation_y(20f32.to_radians());
+    let facets = Ggx::isotropic(0.3);
+    let coat = Parameters {
+        base_color: Vec3::ZERO,
+        specular: 0.0,
+        clearcoat: 1.0,
+        clearcoat_facets: facets,
+        clearcoat_normal: tilt * Vec3::Z,
+        direction: Vec2::from_angle(0.7),
+        ..plastic(0.5)
+    };
+    let (surface, mut random) = (Principled::new(&coat), Random::new(8));
+    for _ in 0..100 {
+        let [view, light] = [(); 2].map(|()| warp::cosine_hemisphere(random.square()));
+        let expected = facets.reflection(tilt.inverse() * view, tilt.inverse() * light, |cosine| {
+            Vec3::splat(fresnel::schlick(cosine, 0.04))
+        });
+        let value = surface.evaluate(view, light);
+        assert!(value.f_cos.abs_diff_eq(expected.f_cos, 1e-5 + 1e-4 * expected.f_cos.x), "{view} {light}: {value:?}");
+        assert!((value.pdf - expected.pdf).abs() < 1e-5 + 1e-4 * expected.pdf, "{view} {light}: {value:?}");
+    }
+    let test = SphereTest { focus: Focus::SPHERE, family: 1 };
+    let (surface, view) = (Principled::new(&Parameters { specular: 1.0, base_color: Vec3::ONE, ..coat }), at(0.3));
+    let sample = |u, choice| surface.choose(view, u, choice).map(|sample| sample.direction);
+    test.check("coat", sample, |light| surface.evaluate(view, light).pdf);
+}
+
 /// KHR_materials_anisotropy: facets of the widths along and across a direction, here 30° from the tangent.
 #[test]
 fn anisotropic_facets_are_turned() {
@@ -394,6 +424,7 @@ fn parameters() -> impl Strategy<Value = Parameters> {
                 specular_color: 2.0 * tint,
                 clearcoat,
                 clearcoat_facets: Ggx::from_roughness(coat),
+                clearcoat_normal: Vec3::Z,
                 sheen_color,
                 sheen_alpha,
                 transmission,

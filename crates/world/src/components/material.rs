@@ -8,7 +8,7 @@ use brewster_optics::fresnel::FresnelModel;
 use brewster_optics::thin_film::Film;
 use glam::Vec3;
 
-use super::SceneKey;
+use super::{NormalMap, SceneKey};
 
 /// A surface. Entities share one by [`UsesMaterial`], or carry their own.
 #[derive(Component, Clone, Debug, PartialEq)]
@@ -124,6 +124,8 @@ pub struct Principled {
     pub clearcoat: Scalar,
     /// Its square is the clearcoat's GGX width, 0 to 1.
     pub clearcoat_roughness: Scalar,
+    /// The map of the clearcoat's normals: it follows this one alone and not that of the [`Detail`](super::Detail).
+    pub clearcoat_normal: Option<NormalMap>,
     /// Color of the sheen, 0 to 1.
     pub sheen_color: Color,
     /// Its square is the sheen's width, 0 to 1.
@@ -299,6 +301,7 @@ impl Default for Principled {
             specular_color: Color::WHITE,
             clearcoat: Scalar::constant(0.0),
             clearcoat_roughness: Scalar::constant(0.0),
+            clearcoat_normal: None,
             sheen_color: Color::BLACK,
             sheen_roughness: Scalar::constant(0.0),
             anisotropy: Anisotropy { strength: 0.0, rotation: 0.0, texture: None },

@@ -45,7 +45,8 @@ fn scalars(principled: &Principled) -> [&Scalar; 9] {
 pub(super) fn other_textures(principled: &Principled) -> usize {
     let scalars = scalars(principled).into_iter().filter(|scalar| scalar.texture.is_some()).count();
     let Principled { anisotropy, iridescence, .. } = principled;
-    scalars + usize::from(anisotropy.texture.is_some()) + usize::from(iridescence.thickness_texture.is_some())
+    let normal = usize::from(principled.clearcoat_normal.is_some());
+    scalars + normal + usize::from(anisotropy.texture.is_some()) + usize::from(iridescence.thickness_texture.is_some())
 }
 
 /// Writes a material to a row of the principled ones and what fills it to a row of the dielectrics. Says whether others
@@ -81,6 +82,8 @@ pub(super) fn put(
         specular_color,
         clearcoat,
         clearcoat_roughness,
+        clearcoat_normal: textures.row(principled.clearcoat_normal.as_ref().map(|map| &map.texture)),
+        clearcoat_normal_scale: principled.clearcoat_normal.as_ref().map_or(1.0, |map| map.scale),
         sheen_color,
         sheen_roughness,
         anisotropy: principled.anisotropy.strength,
@@ -134,6 +137,7 @@ pub(super) fn check(principled: &Principled) -> Result<(), &'static str> {
     let mut maps = scalars.iter().filter_map(|scalar| scalar.texture.as_ref()).chain(&film.thickness_texture);
     maps.try_for_each(|(texture, _)| textures::check(texture))?;
     principled.anisotropy.texture.as_ref().map_or(Ok(()), textures::check)?;
+    principled.clearcoat_normal.as_ref().map_or(Ok(()), |map| textures::check(&map.texture))?;
     let colors = [&principled.base_color, &principled.sheen_color, &principled.diffuse_transmission_color];
     let is_dim = |color: &&Color| color.factor().max_element() <= 1.0;
     let is_index = |ior: f32| ior >= 1.0 && ior.is_finite();
@@ -147,6 +151,10 @@ pub(super) fn check(principled: &Principled) -> Result<(), &'static str> {
         (colors.iter().all(is_dim), "a principled color must be at most 1"),
         (principled.ior == 0.0 || is_index(principled.ior), "an index of refraction must be at least 1, or 0"),
         (is_part(anisotropy.strength) && anisotropy.rotation.is_finite(), "an anisotropy must be 0 to 1"),
+        (
+            principled.clearcoat_normal.as_ref().is_none_or(|map| map.scale.is_finite()),
+            "the scale of a normal map must be finite",
+        ),
         (volume, "an attenuation color must be 0 to 1, its distance above 0"),
         (
             is_index(film.ior) && film.thickness.into_iter().all(|thickness| (0.0..=1e5).contains(&thickness)),

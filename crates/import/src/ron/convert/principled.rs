@@ -43,6 +43,7 @@ pub(super) fn principled(session: &mut Session, material: &schema::Material, spa
         specular_color: paint(session, specular_color)?,
         clearcoat: part(session, clearcoat)?,
         clearcoat_roughness: part(session, clearcoat_roughness)?,
+        clearcoat_normal: None,
         sheen_color: paint(session, sheen_color)?,
         sheen_roughness: part(session, sheen_roughness)?,
         anisotropy: match anisotropy {

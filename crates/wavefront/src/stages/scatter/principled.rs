@@ -49,6 +49,7 @@ impl Scatter for OnPrincipled {
             specular_color: color(material.specular_color),
             clearcoat: part(material.clearcoat),
             clearcoat_facets: Ggx::isotropic(alpha(material.clearcoat_roughness)),
+            clearcoat_normal: clearcoat_normal(context, hit, sides.normal, &material),
             sheen_color: color(material.sheen_color).min(Vec3::ONE),
             sheen_alpha: alpha(material.sheen_roughness),
             transmission: part(material.transmission),
@@ -93,6 +94,23 @@ fn facets(
     let local = frame.to_local(world).truncate();
     let length = local.length();
     (facets, if length > 1e-6 { local / length } else { Vec2::X })
+}
+
+/// KHR_materials_clearcoat: the coat follows its own map of normals and no other; in the frame around the normal.
+#[inline(always)]
+fn clearcoat_normal(context: &Context<'_>, hit: &SurfaceHit, normal: Vec3, material: &buffers::Principled) -> Vec3 {
+    if material.clearcoat.is_zero() {
+        return Vec3::Z;
+    }
+    let (scene, place) = (context.scene, &hit.place());
+    let upright = context.geometry.vertex_normal(place).unwrap_or(hit.point.geometric_normal);
+    let bent = match material.clearcoat_normal {
+        TextureId::NONE => upright,
+        map => scene.mapped(map, material.clearcoat_normal_scale, place, upright),
+    };
+    // The normal has been turned to the viewer's side.
+    let side = 1f32.copysign(normal.dot(hit.point.shading_normal));
+    Basis::around(normal).to_local(bent * side)
 }
 
 #[inline(always)]
