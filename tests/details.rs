@@ -1,4 +1,4 @@
-//! Normal maps, heights and opacity do what can be said of them by hand.
+//! Normal maps, heights, opacity and mixes do what can be said of them by hand.
 
 use std::f64::consts::PI;
 
@@ -151,6 +151,38 @@ fn normals_lean_as_maps_and_heights_say() {
         ("ramp along v", seen(&light(0.0, -1.0), &ramp("V")), slanted(0.75, 1.0) / length),
     ] {
         assert!((found - expected).abs() < 1e-5, "{name}: {found} instead of {expected}");
+    }
+}
+
+#[test]
+fn a_mix_is_in_mean_what_lies_between() {
+    // In even light a floor shows its albedo; a mirror image of the light is as bright.
+    let seen = |material: &str| {
+        mean(&scene(PATH, "1", &format!("\"floor\": {material}"), "(shape: Quad(size: (4, 4)), material: \"floor\"),"))
+            .x
+    };
+    let two = "a: Lambert(albedo: 0.2), b: Lambert(albedo: 0.8)";
+    for (material, expected) in [
+        (format!("Mix({two}, by: 0.3)"), 0.7 * 0.2 + 0.3 * 0.8),
+        (format!("Mix({two}, by: 0)"), 0.2),
+        (format!("Mix({two}, by: 1)"), 0.8),
+        (format!("Mix({two}, by: Map(texture: Checker(a: 0, b: 0.5, size: 0.125)))"), 0.75 * 0.2 + 0.25 * 0.8),
+        (format!("Mix(a: Mix({two}, by: 0.5), b: Emissive(radiance: 3), by: 0.25)"), 0.75 * 0.5 + 0.25 * 3.0),
+        ("Mix(a: Metal(r0: 0.9), b: Dielectric(ior: 1.5, thin: true))".to_owned(), 0.5 * 0.9 + 0.5),
+    ] {
+        let found = seen(&material);
+        // Of 65,536 hits, each at most 3 apart from the mean.
+        assert!((found - expected).abs() < 4.0 * 1.3 / 256.0, "{material}: {found} instead of {expected}");
+    }
+}
+
+#[test]
+fn a_mix_by_squares_is_one_or_the_other() {
+    let mix = "\"floor\": Mix(a: Emissive(radiance: 1), b: Emissive(radiance: 4), by: Map(texture: Checker(a: 0, b: 1, size: 0.25)))";
+    let floor = "(shape: Quad(size: (2, 2)), material: \"floor\"),";
+    for (place, color) in picture(&scene("samples: 4, filter: Box", "0", mix, floor)) {
+        let squares = ((place.x + 1.0) * 2.0).floor() + ((place.y + 1.0) * 2.0).floor();
+        assert_eq!(color.x, if squares % 2.0 == 0.0 { 1.0 } else { 4.0 }, "at {place}");
     }
 }
 

@@ -39,7 +39,7 @@ const SHAPES: [&str; 8] = [
     "Mesh(file: \"ball.obj\")",
 ];
 
-const MATERIALS: [&str; 8] = [
+const MATERIALS: [&str; 9] = [
     "Phong(diffuse: (0.7, 0.3, 0.2), specular: 0.4, exponent: 20)",
     "Lambert(albedo: Checker(a: 0.2, b: 0.8, size: 0.25))",
     "Lambert(albedo: Image(file: \"colors.png\"))",
@@ -47,6 +47,7 @@ const MATERIALS: [&str; 8] = [
     "Metal(r0: (0.5, 0.7, 0.9))",
     "Dielectric(ior: 1.5, absorption: (0.4, 0.1, 0.2))",
     "Emissive(radiance: (1, 0.7, 0.3))",
+    "Mix(a: Lambert(), b: Metal(of: \"Cu\"), by: Map(texture: Image(file: \"colors.png\")))",
     "Detailed(of: Lambert(), opacity: Blend(alpha: 0.5), normal: Image(file: \"colors.png\"))",
 ];
 

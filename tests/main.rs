@@ -4,7 +4,7 @@
 //! - `batches_agree`: the same picture, bit for bit, however work is scheduled.
 //! - `closed_forms`: pictures that are known by hand.
 //! - `conservation`: no ray is lost or made up between queues.
-//! - `details`: normal maps, heights and opacity do what can be said of them by hand.
+//! - `details`: normal maps, heights, opacity and mixes do what can be said of them by hand.
 //! - `edits_agree`: after any series of edits the picture is that of a new scene, bit for bit.
 //! - `energy_accounted`: the path integrator's ledger of energy closes.
 //! - `furnace`: in light from everywhere nothing is lost but what the maximum depth cuts.

@@ -71,7 +71,7 @@ impl<'a> Recursion<'a> {
             MaterialKind::Phong => self.phong(row, &arrival),
             MaterialKind::Lambert => self.lambert(row, &arrival),
             MaterialKind::RoughDiffuse => unreachable!("the lecture has none"),
-            MaterialKind::Principled | MaterialKind::Coated => unreachable!("the lecture has none"),
+            MaterialKind::Principled | MaterialKind::Coated | MaterialKind::Mix => unreachable!("the lecture has none"),
             MaterialKind::Metal => self.metal(row, &arrival),
             MaterialKind::Dielectric => self.dielectric(row, &arrival),
             MaterialKind::Emissive => self.color(self.scene.materials.emissive.get(row).radiance, &arrival),

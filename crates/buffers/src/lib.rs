@@ -33,9 +33,9 @@ pub use materials::{
     Coated, CoatedColumns, CoatedsView, CoatedsViewMut, Dielectric, DielectricColumns, DielectricsView,
     DielectricsViewMut, Emissive, EmissiveColumns, EmissivesView, EmissivesViewMut, Lambert, LambertColumns,
     LambertsView, LambertsViewMut, MaterialKind, MaterialRow, MaterialRowColumns, MaterialRowsView,
-    MaterialRowsViewMut, Materials, Metal, MetalColumns, MetalsView, MetalsViewMut, Phong, PhongColumns, PhongsView,
-    PhongsViewMut, Principled, PrincipledColumns, PrincipledsView, PrincipledsViewMut, RoughDiffuse,
-    RoughDiffuseColumns, RoughDiffusesView, RoughDiffusesViewMut,
+    MaterialRowsViewMut, Materials, Metal, MetalColumns, MetalsView, MetalsViewMut, Mix, MixColumns, MixesView,
+    MixesViewMut, Phong, PhongColumns, PhongsView, PhongsViewMut, Principled, PrincipledColumns, PrincipledsView,
+    PrincipledsViewMut, RoughDiffuse, RoughDiffuseColumns, RoughDiffusesView, RoughDiffusesViewMut,
 };
 pub use settings::{Integrator, PixelFilter, SamplerKind, Settings, ToneMapping};
 pub use textures::{

@@ -28,11 +28,13 @@ pub enum MaterialKind {
     Principled,
     /// A clear coat over a Lambert material or a metal.
     Coated,
+    /// One of two others, by chance; no hit is of this kind.
+    Mix,
 }
 
 impl MaterialKind {
     /// All kinds, in the order in which a bounce shades them.
-    pub const ALL: [MaterialKind; 8] = [
+    pub const ALL: [MaterialKind; 9] = [
         MaterialKind::Phong,
         MaterialKind::Lambert,
         MaterialKind::RoughDiffuse,
@@ -41,6 +43,7 @@ impl MaterialKind {
         MaterialKind::Emissive,
         MaterialKind::Principled,
         MaterialKind::Coated,
+        MaterialKind::Mix,
     ];
 
     /// The name used in counters and reports.
@@ -54,6 +57,7 @@ impl MaterialKind {
             MaterialKind::Emissive => "emissive",
             MaterialKind::Principled => "principled",
             MaterialKind::Coated => "coated",
+            MaterialKind::Mix => "mix",
         }
     }
 }
@@ -245,6 +249,18 @@ columns! {
     }
 }
 
+columns! {
+    /// One of two materials, of which every hit meets one. Their rows are those before its own, and are no other material's.
+    pub struct Mix => MixColumns, MixesView, MixesViewMut {
+        /// The kind of the first and its row.
+        pub a: (MaterialKind, u32),
+        /// The kind of the second and its row.
+        pub b: (MaterialKind, u32),
+        /// How often it is the second; held in 0..1.
+        pub by: ScalarSource,
+    }
+}
+
 /// All materials.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Materials {
@@ -268,6 +284,8 @@ pub struct Materials {
     pub principled: PrincipledColumns,
     /// Parameters of [`MaterialKind::Coated`].
     pub coated: CoatedColumns,
+    /// Parameters of [`MaterialKind::Mix`].
+    pub mix: MixColumns,
 }
 
 impl Materials {
@@ -282,6 +300,11 @@ impl Materials {
             }
             _ => None,
         }
+    }
+
+    /// Whether a mix may have it: not what has an inside, of which one would not know whether a path is in it.
+    pub fn is_mixable(&self, (kind, row): (MaterialKind, u32)) -> bool {
+        self.medium(MaterialRow { kind, row, key: 0, detail: DetailId::NONE }).is_none()
     }
 
     /// The row that a material has of another kind beside that of its own: what fills it, or what lies below its coat.

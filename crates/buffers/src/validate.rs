@@ -4,8 +4,8 @@ use brewster_geometry::Affine;
 use glam::Vec3;
 
 use crate::{
-    Background, Camera, ColorSource, Emitters, Light, MaterialKind, Materials, Projection, SceneBuffers, Settings,
-    TextureId,
+    Background, Camera, ColorSource, DetailId, Emitters, Light, MaterialKind, MaterialRow, Materials, Mix, Projection,
+    SceneBuffers, Settings, TextureId,
 };
 
 /// A broken promise, in words.
@@ -73,23 +73,13 @@ impl SceneBuffers {
             emissive,
             principled,
             coated,
+            mix,
         } = &self.materials;
         ascending("materials", rows.view().key.iter().copied())?;
         let mut owned = [0; MaterialKind::ALL.len()];
         for row in 0..rows.len() {
             let material = rows.get(row);
-            let expected = &mut owned[material.kind as usize];
-            require(material.row == *expected, || {
-                format!("material {row} is {} row {} instead of {expected}", material.kind.name(), material.row)
-            })?;
-            *expected += 1;
-            if let Some((kind, second)) = self.materials.second(material) {
-                let expected = &mut owned[kind as usize];
-                require(second == *expected, || {
-                    format!("material {row} has {} {second}, not {expected}", kind.name())
-                })?;
-                *expected += 1;
-            }
+            self.own((material.kind, material.row), &mut owned).map_err(|error| format!("material {row} {error}"))?;
         }
         let lengths = [
             phong.len(),
@@ -100,6 +90,7 @@ impl SceneBuffers {
             emissive.len(),
             principled.len(),
             coated.len(),
+            mix.len(),
         ];
         for ((kind, owned), length) in MaterialKind::ALL.into_iter().zip(owned).zip(lengths) {
             require(owned as usize == length, || format!("{length} {} rows for {owned} materials", kind.name()))?;
@@ -174,6 +165,27 @@ impl SceneBuffers {
         let are_sound = textures.all(|&texture| self.has_texture(texture))
             && scattering.clearcoat_normal_scale.iter().all(|scale| scale.is_finite());
         require(are_sound, || "a principled material has a map that is none".to_owned())
+    }
+
+    /// Counts the rows that a material owns, which must be the next of their kinds: first those of what it mixes, in their order.
+    fn own(&self, (kind, row): (MaterialKind, u32), owned: &mut [u32; MaterialKind::ALL.len()]) -> Outcome {
+        let material = MaterialRow { kind, row, key: 0, detail: DetailId::NONE };
+        if kind == MaterialKind::Mix && (row as usize) < self.materials.mix.len() {
+            let Mix { a, b, by } = self.materials.mix.get(row as usize);
+            require(by.factor.is_finite() && self.has_texture(by.texture), || format!("mixes by {by:?}"))?;
+            // What it mixes is before it, so this comes to an end.
+            for part in [a, b] {
+                let is_before = part.0 != MaterialKind::Mix || part.1 < row;
+                require(is_before && self.materials.is_mixable(part), || format!("mixes {part:?}"))?;
+                self.own(part, owned)?;
+            }
+        }
+        for (kind, row) in [Some((kind, row)), self.materials.second(material)].into_iter().flatten() {
+            let expected = &mut owned[kind as usize];
+            require(row == *expected, || format!("is {} row {row} instead of {expected}", kind.name()))?;
+            *expected += 1;
+        }
+        Ok(())
     }
 
     fn has_color(&self, color: &ColorSource) -> bool {
@@ -254,7 +266,7 @@ mod tests {
     use brewster_geometry::{ShapeKind, ShapeRef, Sphere, TopTree};
 
     use super::*;
-    use crate::{DetailId, Instance, Lambert, LightKind, MaterialId, MaterialRow, Texture};
+    use crate::{Instance, Lambert, LightKind, MaterialId, Texture};
 
     /// Two balls of one material under a lamp, and a camera.
     fn scene() -> SceneBuffers {

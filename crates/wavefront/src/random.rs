@@ -16,7 +16,7 @@
 //! | [`Decision::Roulette`] | one | whether the path goes on |
 //! | [`Decision::Distance`] | one | free flight in a medium |
 //! | [`Decision::Phase`] | pair | direction of scattering in a medium |
-//! | [`Decision::Crossing`] | one | whether a partly transparent surface is met |
+//! | [`Decision::Crossing`] | one | whether a partly transparent surface is met; which of two mixed materials |
 //!
 //! The camera's decisions are taken at depth 0, the others once a depth; what is decided several times at one depth
 //! (crossings, more than one light sample) numbers its [repeats](Dimension::repeat).

@@ -246,7 +246,12 @@ impl Editor {
     fn material(&mut self) -> Material {
         let exponent = if self.random.below(30) == 0 { f32::NAN } else { 10.0 * self.random.unit() };
         let fresnel = FresnelModel::Schlick;
-        match self.random.below(11) {
+        match self.random.below(12) {
+            11 => {
+                let (a, b) = (self.material(), self.material());
+                let texture = self.color().texture().cloned().map(|map| (map, Channel::G));
+                Material::Mix { a: Box::new(a), b: Box::new(b), by: Scalar { factor: 0.5, texture } }
+            }
             0 => Material::Phong { ambient: self.color(), diffuse: self.color(), specular: self.color(), exponent },
             1 => Material::Lambert { albedo: self.color() },
             2 => Material::Metal {

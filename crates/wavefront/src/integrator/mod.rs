@@ -40,7 +40,7 @@ use crate::batch::Batch;
 use crate::context::Context;
 use crate::queues::RaySource;
 use crate::stages::shade::shade_emissive;
-use crate::stages::{absorb, cross, escape, fold, gather, generate, glow, order, record, sort, trace};
+use crate::stages::{Arrivals, absorb, cross, escape, fold, gather, generate, glow, order, record, sort, trace};
 use crate::stats::Stage;
 
 /// Makes the camera rays of some samples of every pixel of a tile.
@@ -86,7 +86,8 @@ fn meet(context: &Context<'_>, batch: &mut Batch, tile: &mut FilmTile<'_>) -> Op
         absorb(context, stacks, hits.view(), rays.view_mut(), counts);
     });
     recorder.stage(at(Stage::Sort), rays.len(), |counts| {
-        sort(context, rays.view(), hits.view(), stacks, sorted, counts);
+        let arrivals = Arrivals { rays: rays.view(), hits: hits.view(), samples: samples.view(), depth };
+        sort(context, arrivals, stacks, sorted, counts);
     });
     let rays = rays.view();
     recorder.stage(at(Stage::Cross), sorted.crossings.len(), |counts| {

@@ -30,5 +30,5 @@ pub use glow::glow;
 pub use order::order;
 pub use record::record;
 pub use shadow::{ShadowScratch, shadow};
-pub use sort::{SortedHits, sort};
+pub use sort::{Arrivals, SortedHits, sort};
 pub use trace::{TraceScratch, trace};

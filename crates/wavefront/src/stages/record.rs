@@ -1,6 +1,6 @@
 //! Writes down what camera rays hit first.
 
-use brewster_buffers::MaterialKind;
+use brewster_buffers::{MaterialKind, MaterialRow};
 use brewster_film::{FilmTile, FirstHit};
 use brewster_optics::fresnel::{FresnelModel, conductor_color};
 use glam::Vec3;
@@ -36,15 +36,16 @@ pub fn record(
 }
 
 /// The color that a surface gives to the light that it sends back or lets through, for denoisers: diffuse albedo, a metal's
-/// reflectance along the normal in vacuum, a principled base color, what lies below a coat, white for what lets through all that it does not reflect, black for emitters, which
+/// reflectance along the normal in vacuum, a principled base color, what lies below a coat, the mean of a mix, white for what lets through all that it does not reflect, black for emitters, which
 /// reflect nothing.
 fn albedo(context: &Context<'_>, material: u32, hit: &SurfaceHit) -> Vec3 {
+    let MaterialRow { kind, row, .. } = context.scene.materials.rows.get(material as usize);
+    albedo_of(context, (kind, row), hit)
+}
+
+/// The same of one kind's row.
+fn albedo_of(context: &Context<'_>, (kind, row): (MaterialKind, u32), hit: &SurfaceHit) -> Vec3 {
     let scene = context.scene;
-    let material = scene.materials.rows.get(material as usize);
-    let (kind, row) = match material.kind {
-        MaterialKind::Coated => scene.materials.second(material).expect("a coat has a base"),
-        kind => (kind, material.row),
-    };
     let row = row as usize;
     let color = |source| scene.color(source, &hit.place());
     match kind {
@@ -61,6 +62,14 @@ fn albedo(context: &Context<'_>, material: u32, hit: &SurfaceHit) -> Vec3 {
         MaterialKind::Dielectric => Vec3::ONE,
         MaterialKind::Emissive => Vec3::ZERO,
         MaterialKind::Principled => color(scene.materials.principled.view().base_color[row]),
-        MaterialKind::Coated => unreachable!("coats lie over other kinds"),
+        MaterialKind::Coated => {
+            let coated = scene.materials.coated.get(row);
+            albedo_of(context, (coated.base, coated.base_row), hit)
+        }
+        MaterialKind::Mix => {
+            let mix = scene.materials.mix.get(row);
+            let by = scene.number(mix.by, &hit.place()).clamp(0.0, 1.0);
+            albedo_of(context, mix.a, hit).lerp(albedo_of(context, mix.b, hit), by)
+        }
     }
 }

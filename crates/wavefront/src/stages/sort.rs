@@ -1,14 +1,16 @@
 //! Parts hits by kind of material, and those that escaped.
 
-use brewster_buffers::{DetailId, MaterialKind};
-use brewster_geometry::{HitsView, offset_origin, surface};
+use brewster_buffers::{DetailId, MaterialKind, Mix};
+use brewster_geometry::{HitsView, SurfacePlace, offset_origin, surface};
 
 use crate::context::Context;
 use crate::media::{MediaStacks, Medium};
 use crate::queues::{
     CoatedHits, Crossing, CrossingQueue, DielectricHits, EmissiveHits, Escaped, EscapedQueue, LambertHits, MetalHits,
-    PathRaysView, PhongHits, PrincipledHits, RoughDiffuseHits, SurfaceHit, SurfaceHitColumns, SurfaceHitsView,
+    PathRaysView, PhongHits, PrincipledHits, RoughDiffuseHits, SamplesView, SurfaceHit, SurfaceHitColumns,
+    SurfaceHitsView,
 };
+use crate::random::Decision;
 use crate::stats::Counts;
 
 /// What became of the rays of one trace.
@@ -91,18 +93,31 @@ impl SortedHits {
     }
 }
 
+/// The rays of one depth and what they met.
+#[derive(Clone, Copy, Debug)]
+pub struct Arrivals<'a> {
+    /// The rays.
+    pub rays: PathRaysView<'a>,
+    /// Their hits.
+    pub hits: HitsView<'a>,
+    /// The samples that they belong to.
+    pub samples: SamplesView<'a>,
+    /// Their depth.
+    pub depth: u32,
+}
+
 /// Parts rays into escaped ones, crossings and hits by kind of material, in the rays' order, and finds the points of the
 /// surfaces, with the normals to shade them.
 ///
-/// Reads: rays, hits, instances, materials, and the textures that bend normals. Writes: the sorted hits, which are emptied first, and the media stacks.
+/// Reads: rays, hits, instances, materials, the textures that bend normals and mix, and random numbers for mixes. Writes: the sorted hits, which are emptied first, and the media stacks.
 pub fn sort(
     context: &Context<'_>,
-    rays: PathRaysView<'_>,
-    hits: HitsView<'_>,
+    arrivals: Arrivals<'_>,
     stacks: &mut MediaStacks,
     sorted: &mut SortedHits,
     counts: &mut Counts,
 ) {
+    let Arrivals { rays, hits, .. } = arrivals;
     let scene = context.scene;
     let instances = scene.instances.view();
     let materials = scene.materials.rows.view();
@@ -115,11 +130,15 @@ pub fn sort(
             sorted.escaped.push(Escaped { ray: row as u32 });
             continue;
         }
-        let material = materials.get(instances.material[hit.instance as usize].0 as usize);
+        let mut material = materials.get(instances.material[hit.instance as usize].0 as usize);
         let mut point = surface(&context.geometry, &ray.ray(), &hit);
         if material.detail != DetailId::NONE {
             let place = point.place(hit.instance, hit.primitive);
             point.shading_normal = scene.bent_normal(material.detail, &place, &point, ray.ray().direction);
+        }
+        if material.kind == MaterialKind::Mix {
+            let place = point.place(hit.instance, hit.primitive);
+            (material.kind, material.row) = resolve(context, &arrivals, row, material.row, &place);
         }
         if let Some(medium) = scene.materials.medium(material) {
             let direction = ray.ray().direction;
@@ -150,9 +169,30 @@ pub fn sort(
             MaterialKind::Emissive => sorted.emissive.push(hit),
             MaterialKind::Principled => sorted.principled.push(hit),
             MaterialKind::Coated => sorted.coated.push(hit),
+            MaterialKind::Mix => unreachable!("a hit is of one of the two"),
         }
     }
     counts.escaped += sorted.escaped.len() as u64;
     counts.crossings += sorted.crossings.len() as u64;
     counts.hits += sorted.hits() as u64;
+}
+
+/// The material of a mix that a ray meets, its kind and row: one of both by a number, at every level of mixes in mixes by another.
+fn resolve(
+    context: &Context<'_>,
+    arrivals: &Arrivals<'_>,
+    row: usize,
+    mix: u32,
+    place: &SurfacePlace,
+) -> (MaterialKind, u32) {
+    let sample = arrivals.rays.sample[row];
+    let stream = arrivals.samples.stream(&context.sampler, sample, arrivals.rays.branch[row]);
+    let (mut met, mut level) = ((MaterialKind::Mix, mix), 0);
+    while met.0 == MaterialKind::Mix {
+        let Mix { a, b, by } = context.scene.materials.mix.get(met.1 as usize);
+        level += 1;
+        let number = context.sampler.one(stream, Decision::Crossing.at(arrivals.depth).repeat(level));
+        met = if number < context.scene.number(by, place) { b } else { a };
+    }
+    met
 }

@@ -80,6 +80,15 @@ pub enum Material {
         /// reflections between the two faces.
         thin: bool,
     },
+    /// One of two materials at every hit, by chance: rust on paint, and whatever lies between two materials. Not of what has an inside.
+    Mix {
+        /// The one.
+        a: Box<Material>,
+        /// The other.
+        b: Box<Material>,
+        /// The part of all hits that is the other, 0 to 1.
+        by: Scalar,
+    },
     /// A surface that sends out light of its own and reflects none.
     Emissive {
         /// Radiance in nit (used as linear RGB), zero or more.
@@ -240,6 +249,7 @@ impl Material {
         match self {
             Material::Emissive { .. } => true,
             Material::Principled(principled) => principled.unlit || principled.emission != Color::BLACK,
+            Material::Mix { a, b, .. } => a.shines() || b.shines(),
             _ => false,
         }
     }

@@ -46,7 +46,8 @@ impl MaterialIndex {
         let row = self.directory.row(entity)? as usize;
         let textures = self.textures[row + 1] - self.textures[row];
         let before = materials.rows.get(row);
-        let keeps = kind(material) == before.kind
+        let keeps = !matches!(material, Material::Mix { .. })
+            && kind(material) == before.kind
             && count_textures(material) == textures
             && second_kind(material) == materials.second(before).map(|(kind, _)| kind)
             && check(material).is_ok();
@@ -128,17 +129,11 @@ pub(super) fn regroup_materials(
             continue;
         }
         index.textures.push(writer.next());
-        let (row, kind) = (owners.len(), kind(material));
-        let kind_row = written[kind as usize];
-        written[kind as usize] += 1;
-        let second = second_kind(material).map(|kind| {
-            written[kind as usize] += 1;
-            written[kind as usize] - 1
-        });
-        let mut differs = put(&mut buffers.materials, &mut writer, material, (kind_row, second));
+        let row = owners.len();
+        let ((kind, kind_row), mut differs) = add(&mut buffers.materials, &mut writer, material, &mut written);
         let detail_row = detail.map_or(DetailId::NONE, |_| DetailId(detailed.len() as u32));
         detailed.extend(detail.map(|detail| (row, detail)));
-        let material_row = MaterialRow { kind, row: kind_row as u32, key: owner.key, detail: detail_row };
+        let material_row = MaterialRow { kind, row: kind_row, key: owner.key, detail: detail_row };
         differs |= buffers.materials.rows.put(row, material_row);
         report.materials.count(row, before, differs);
         owners.push(owner);
@@ -168,6 +163,32 @@ pub(super) fn regroup_materials(
     edits.rewired.extend(index.directory.invalid.keys());
 }
 
+/// Writes a material to the next rows of its kinds, what it mixes before itself. Tells its kind and row, and whether others stood in
+/// the rows.
+fn add(
+    materials: &mut Materials,
+    textures: &mut TextureWriter<'_>,
+    material: &Material,
+    written: &mut [usize; MaterialKind::ALL.len()],
+) -> ((MaterialKind, u32), bool) {
+    let mut next = |kind: MaterialKind| {
+        written[kind as usize] += 1;
+        written[kind as usize] - 1
+    };
+    let kind = kind(material);
+    if let Material::Mix { a, b, by } = material {
+        let (a, a_differs) = add(materials, textures, a, written);
+        let (b, b_differs) = add(materials, textures, b, written);
+        let row = written[kind as usize];
+        written[kind as usize] += 1;
+        let mix = buffers::Mix { a, b, by: textures.scalar(by) };
+        return ((kind, row as u32), materials.mix.put(row, mix) || a_differs || b_differs);
+    }
+    let row = next(kind);
+    let second = second_kind(material).map(next);
+    ((kind, row as u32), put(materials, textures, material, (row, second)))
+}
+
 /// The kind of a material.
 fn kind(material: &Material) -> MaterialKind {
     match material {
@@ -180,6 +201,7 @@ fn kind(material: &Material) -> MaterialKind {
         Material::Principled(principled) if principled.unlit => MaterialKind::Emissive,
         Material::Principled(_) => MaterialKind::Principled,
         Material::Coated { .. } => MaterialKind::Coated,
+        Material::Mix { .. } => MaterialKind::Mix,
     }
 }
 
@@ -206,6 +228,7 @@ fn colors(material: &Material) -> [Option<&Color>; 5] {
         Material::Principled(principled) if principled.unlit => [Some(&principled.base_color), None, None, None, None],
         Material::Principled(principled) => principled::colors(principled).map(Some),
         Material::Coated { base, .. } => colors(base),
+        Material::Mix { .. } => [None; 5],
         Material::Metal { specular: color, .. }
         | Material::Lambert { albedo: color }
         | Material::RoughDiffuse { albedo: color, .. }
@@ -277,6 +300,7 @@ fn put(
             materials.emissive.put(row, buffers::Emissive { radiance, two_sided: true })
         }
         Material::Principled(principled) => principled::put(materials, textures, principled, row, second),
+        Material::Mix { .. } => unreachable!("mixes are written part by part"),
         &Material::Coated { ref base, ior, alpha, absorption, thickness } => {
             let base_row = second.expect("a coated material has a second row");
             let differs = put(materials, textures, base, (base_row, None));
@@ -299,6 +323,7 @@ fn truncate(materials: &mut Materials, rows: usize, written: [usize; MaterialKin
         emissive,
         principled,
         coated,
+        mix,
     } = materials;
     all.truncate(rows);
     phong.truncate(written[MaterialKind::Phong as usize]);
@@ -309,6 +334,7 @@ fn truncate(materials: &mut Materials, rows: usize, written: [usize; MaterialKin
     emissive.truncate(written[MaterialKind::Emissive as usize]);
     principled.truncate(written[MaterialKind::Principled as usize]);
     coated.truncate(written[MaterialKind::Coated as usize]);
+    mix.truncate(written[MaterialKind::Mix as usize]);
 }
 
 /// Checks the numbers of a material; the error says what must hold.
@@ -323,6 +349,21 @@ fn check(material: &Material) -> Result<(), &'static str> {
     let rules = match *material {
         Material::Phong { exponent, .. } => [(exponent_is_sound(exponent), EXPONENT), SOUND, SOUND, SOUND],
         Material::Principled(ref principled) => return principled::check(principled),
+        Material::Mix { ref a, ref b, ref by } => {
+            check(a)?;
+            check(b)?;
+            by.texture.as_ref().map_or(Ok(()), |(texture, _)| textures::check(texture))?;
+            let has_inside = |part: &Material| match part {
+                Material::Dielectric { thin, .. } => !thin,
+                _ => second_kind(part) == Some(MaterialKind::Dielectric),
+            };
+            [
+                (!has_inside(a) && !has_inside(b), "a mix must be of what has no inside"),
+                (levels(material) <= LEVELS, "mixes must be at most 8 deep"),
+                (is_part(by.factor), "a mix must be by 0 to 1"),
+                SOUND,
+            ]
+        }
         Material::Coated { ref base, ior, alpha, absorption, thickness } => {
             check(base)?;
             let is_base = matches!(**base, Material::Lambert { .. } | Material::Metal { .. });
@@ -383,6 +424,17 @@ fn check(material: &Material) -> Result<(), &'static str> {
         .chain([(film_is_sound, FILM), (dispersion_is_sound, DISPERSION)])
         .try_for_each(|(holds, rule)| if holds { Ok(()) } else { Err(rule) })
 }
+
+/// How many mixes are in each other.
+fn levels(material: &Material) -> usize {
+    match material {
+        Material::Mix { a, b, .. } => 1 + levels(a).max(levels(b)),
+        _ => 0,
+    }
+}
+
+/// Mixes that may be in each other.
+const LEVELS: usize = 8;
 
 const SOUND: (bool, &str) = (true, "");
 const EXPONENT: &str = "an exponent must be at least 0";

@@ -72,7 +72,7 @@ rows! {
     InstanceColumns of Instance, MaterialRowColumns of MaterialRow, LightColumns of Light,
     PhongColumns of Phong, LambertColumns of Lambert, RoughDiffuseColumns of RoughDiffuse,
     MetalColumns of Metal, DielectricColumns of Dielectric,
-    EmissiveColumns of Emissive, PrincipledColumns of Principled, CoatedColumns of Coated
+    EmissiveColumns of Emissive, PrincipledColumns of Principled, CoatedColumns of Coated, MixColumns of Mix
 }
 
 /// Writes rows over those of a table, the first over the first; the table becomes as long as they are.

@@ -92,6 +92,22 @@ fn bare(session: &mut Session, material: &schema::Material, span: Span) -> Optio
             world::Material::Principled(Box::new(self::principled(session, principled, span)?))
         }
         coated @ schema::Material::Coated { .. } => self::coated(session, coated, span)?,
+        schema::Material::Mix { a, b, by } => {
+            let mut part = |material: &Spanned<schema::Material>| {
+                let part = plain(session, material)?;
+                let has_inside = match &part {
+                    world::Material::Dielectric { thin, .. } => !thin,
+                    world::Material::Principled(principled) => principled.volume.is_some(),
+                    _ => false,
+                };
+                if has_inside {
+                    session.error(Code::Conflict, material.span, "a mix is not of what has an inside");
+                }
+                Some(Box::new(part))
+            };
+            let (a, b) = (part(a), part(b));
+            world::Material::Mix { a: a?, b: b?, by: super::texture::part(session, by)? }
+        }
         schema::Material::Detailed { .. } => {
             session.error(Code::Conflict, span, "detail is for the whole of a material, and once");
             return None;

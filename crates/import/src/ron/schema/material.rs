@@ -165,6 +165,16 @@ schema! {
             /// Which sides shine.
             sides: Sides = "Both" => "Front",
         },
+        /// One of two materials at every hit, by chance. Not of what has an inside: a dielectric but a `thin` one, or a principled
+        /// material with a volume.
+        Mix {
+            /// The one.
+            a: Box<Spanned<Material>> => "Lambert(albedo: 0.3)",
+            /// The other.
+            b: Box<Spanned<Material>> => "Metal(of: \"Au\")",
+            /// The part of all hits that is the other.
+            by: Number where ZERO_TO_ONE = "0.5" => "Map(texture: Image(file: \"wood.png\"))",
+        },
         /// Another material with a finer surface: normals from a map, heights, and places where it is not.
         Detailed {
             /// The material.
