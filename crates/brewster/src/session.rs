@@ -91,6 +91,7 @@ impl Session {
         let path = path.into();
         let SessionOptions { mut load, settings } = options;
         load.integrator = settings.integrator.or(load.integrator);
+        load.resolution = settings.resolution.or(load.resolution);
         Session {
             dependencies: vec![path.clone()],
             path,
@@ -102,6 +103,11 @@ impl Session {
             hash: 0,
             timeline: Timeline::default(),
         }
+    }
+
+    /// Chooses another moment of a glTF file's animation, in seconds, for the next load.
+    pub fn set_time(&mut self, time: f32) {
+        self.importer.set_time(time);
     }
 
     /// Reads the scene file and everything it refers to, and brings the entities up to date.
@@ -169,7 +175,7 @@ impl Session {
         Render::new(self, options)
     }
 
-    /// The number of the camera of that name, or of the first one.
+    /// The number of the camera of that name, or of that number, or of the first one.
     ///
     /// # Errors
     ///
@@ -180,6 +186,9 @@ impl Session {
             Some(name) => cameras.iter().position(|camera| camera.name == name),
             None => (!cameras.is_empty()).then_some(0),
         };
+        // Cameras of glTF files often have no name: they may be asked for by number.
+        let by_number = || name?.parse().ok().filter(|&number: &usize| number < cameras.len());
+        let found = found.or_else(by_number);
         found.ok_or_else(|| SessionError::Camera {
             name: name.map(str::to_owned),
             known: cameras.iter().map(|camera| camera.name.clone()).collect(),
@@ -211,7 +220,7 @@ impl Session {
         &self.report
     }
 
-    /// What the last load that succeeded warned of.
+    /// What the last load that succeeded warned of, and its notes on what it did.
     pub fn warnings(&self) -> &[Diagnostic] {
         &self.warnings
     }

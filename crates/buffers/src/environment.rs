@@ -29,6 +29,18 @@ pub enum Background {
     Environment(Arc<EnvironmentMap>),
 }
 
+/// What is behind the things in the picture. What they mirror and refract, and what lights them, is the background.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub enum Backdrop {
+    /// The background itself.
+    #[default]
+    Background,
+    /// Something else.
+    Other(Background),
+    /// Nothing: the picture is transparent there.
+    Transparent,
+}
+
 impl Default for Background {
     fn default() -> Self {
         Background::Constant(Vec3::ZERO)

@@ -24,7 +24,7 @@ pub use camera::{Camera, Projection};
 pub use detail::{Detail, Opacity};
 pub use distribution::{Cell, Choice, Distribution, Distribution2d};
 pub use emitters::{Emitter, EmitterColumns, Emitters, EmittersView, EmittersViewMut, Placing};
-pub use environment::Background;
+pub use environment::{Backdrop, Background};
 pub use environment_map::{EnvironmentMap, MapError, MapRows};
 pub use ids::{DetailId, InstanceId, MaterialId, TextureId};
 pub use instances::{Instance, InstanceColumns, InstancesView, InstancesViewMut};

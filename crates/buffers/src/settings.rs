@@ -2,6 +2,8 @@
 
 use glam::UVec2;
 
+use crate::Backdrop;
+
 /// The scene's settings, each of which a command line can overrule.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
@@ -35,6 +37,8 @@ pub struct Settings {
     pub transparent_shadows: bool,
     /// A ray whose largest weight falls below this is not followed. 0 follows all.
     pub contribution_threshold: f32,
+    /// What camera rays see that meet nothing.
+    pub backdrop: Backdrop,
     /// Stops: the picture is scaled by 2^exposure before tone mapping.
     pub exposure: f32,
     /// How radiance becomes display values.
@@ -58,6 +62,7 @@ impl Default for Settings {
             filter: PixelFilter::BlackmanHarris,
             transparent_shadows: false,
             contribution_threshold: 0.0,
+            backdrop: Backdrop::Background,
             exposure: 0.0,
             tone_mapping: ToneMapping::Srgb,
         }
@@ -99,8 +104,16 @@ pub enum PixelFilter {
 /// How radiance becomes display values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ToneMapping {
+    /// Clamped, without any curve.
+    None,
     /// Clamped, then the sRGB curve.
     Srgb,
     /// A filmic curve that rolls highlights off, then the sRGB curve.
     Filmic,
+    /// A fit of the ACES reference transforms.
+    Aces,
+    /// AgX.
+    Agx,
+    /// Khronos PBR Neutral, which keeps base colors.
+    PbrNeutral,
 }

@@ -25,6 +25,8 @@ impl Display {
 /// A tone mapping: takes exposed linear Rec.709 radiance, >= 0, to sRGB display values in 0..=1.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ToneMap {
+    /// Cut at 1 and nothing else: linear light, for programs that ask for it.
+    None,
     /// Cut at 1, then the sRGB curve (IEC 61966-2-1). What is 1 or less shows as it is.
     #[default]
     Srgb,
@@ -42,11 +44,13 @@ pub enum ToneMap {
 
 impl ToneMap {
     /// Every tone mapping.
-    pub const ALL: [ToneMap; 5] = [ToneMap::Srgb, ToneMap::Filmic, ToneMap::Aces, ToneMap::Agx, ToneMap::PbrNeutral];
+    pub const ALL: [ToneMap; 6] =
+        [ToneMap::None, ToneMap::Srgb, ToneMap::Filmic, ToneMap::Aces, ToneMap::Agx, ToneMap::PbrNeutral];
 
-    /// `srgb`, `filmic`, `aces`, `agx` or `pbr-neutral`.
+    /// `none`, `srgb`, `filmic`, `aces`, `agx` or `pbr-neutral`.
     pub fn name(self) -> &'static str {
         match self {
+            ToneMap::None => "none",
             ToneMap::Srgb => "srgb",
             ToneMap::Filmic => "filmic",
             ToneMap::Aces => "aces",
@@ -60,6 +64,7 @@ impl ToneMap {
         // Where an infinite component would end, this largest one has ended long before.
         let color = color.map(|value| value.min(1e6));
         match self {
+            ToneMap::None => color.map(cut),
             ToneMap::Srgb => color.map(srgb_encode),
             ToneMap::Filmic => color.map(|value| srgb_encode(hable(2.0 * value) / hable(11.2))),
             ToneMap::Aces => aces(color).map(srgb_encode),

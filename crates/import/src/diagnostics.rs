@@ -34,6 +34,9 @@ pub struct Diagnostic {
     /// The part of the line that is shown, and which characters of it are underlined.
     #[serde(skip)]
     pub excerpt: Excerpt,
+    /// Where in a document that has no lines to speak of, such as `meshes[0].primitives[1].indices` in a glTF file.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub path: Option<String>,
     /// What may stand here.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub expected: Option<String>,
@@ -53,6 +56,8 @@ pub enum Severity {
     Error,
     /// It can, but probably shows something else than its author meant.
     Warning,
+    /// It can, and this is what is made of it.
+    Note,
 }
 
 /// What a printed diagnostic shows of its line.
@@ -146,6 +151,12 @@ codes! {
     Unused = "unused",
     /// Something absent without which nothing can be seen.
     Nothing = "nothing-to-see",
+    /// A part of a glTF file that breaks its specification.
+    Gltf = "gltf",
+    /// An extension of glTF that a file uses, and what is done with it.
+    Extension = "extension",
+    /// What is done where a specification leaves a choice.
+    Decision = "decision",
 }
 
 impl Diagnostic {
@@ -167,10 +178,27 @@ impl Diagnostic {
             end_column: 0,
             span: (0, 0),
             excerpt: Excerpt::default(),
+            path: None,
             expected: None,
             help: None,
             notes: Vec::new(),
         }
+    }
+
+    /// A diagnostic about a part of a document, for [`Diagnostic::in_file`] to name.
+    pub(crate) fn about_path(
+        severity: Severity,
+        code: Code,
+        path: impl Into<String>,
+        message: impl Into<String>,
+    ) -> Self {
+        let path = Some(path.into()).filter(|path| !path.is_empty());
+        Diagnostic { path, ..Diagnostic::about_file(severity, code, "", message) }
+    }
+
+    /// The same, of that file.
+    pub(crate) fn in_file(self, file: impl Into<String>) -> Self {
+        Diagnostic { file: file.into(), ..self }
     }
 
     /// A diagnostic about the bytes `start..end` of a file's text.
@@ -296,6 +324,7 @@ impl fmt::Display for Severity {
         f.write_str(match self {
             Severity::Error => "error",
             Severity::Warning => "warning",
+            Severity::Note => "note",
         })
     }
 }
@@ -306,7 +335,10 @@ impl fmt::Display for Diagnostic {
         let number = if self.line == 0 { String::new() } else { self.line.to_string() };
         let margin = " ".repeat(number.len());
         if self.line == 0 {
-            writeln!(f, "{margin}--> {}", self.file)?;
+            match &self.path {
+                None => writeln!(f, "{margin}--> {}", self.file)?,
+                Some(path) => writeln!(f, "{margin}--> {}: {path}", self.file)?,
+            }
         } else {
             let Excerpt { text, indent, length } = &self.excerpt;
             writeln!(f, "{margin}--> {}:{}:{}", self.file, self.line, self.column)?;

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use brewster_world::components::parts::{EnvironmentMap, Image, MapRows, Texels};
+use brewster_world::components::parts::{EnvironmentMap, Image, MapError, MapRows, Texels};
 
 use crate::diagnostics::Code;
 use crate::image;
@@ -19,26 +19,24 @@ pub(crate) struct View {
     pub intensity: f32,
 }
 
-/// The sky in a file that is named at `span`. One that was made of the same picture before is given again.
+/// The sky in a file that is named at `span`.
 pub(crate) fn load(session: &mut Session, name: &str, span: Span, view: View) -> Option<Arc<EnvironmentMap>> {
     let picture = image::load(session, name, span)?;
+    let sky = sky(session, picture, view);
+    sky.map_err(|error| session.error(Code::Image, span, format!("the picture {name:?} is no sky: {error}"))).ok()
+}
+
+/// A picture as a sky. One that was made of the same picture before is given again.
+pub(crate) fn sky(session: &mut Session, picture: Arc<Image>, view: View) -> Result<Arc<EnvironmentMap>, MapError> {
     if let Some((of, as_seen, sky)) = &session.assets.sky
         && Arc::ptr_eq(of, &picture)
         && *as_seen == view
     {
-        return Some(Arc::clone(sky));
+        return Ok(Arc::clone(sky));
     }
-    match EnvironmentMap::new(scaled(&picture, view.intensity), view.rows, view.rotation) {
-        Ok(sky) => {
-            let sky = Arc::new(sky);
-            session.assets.sky = Some((picture, view, Arc::clone(&sky)));
-            Some(sky)
-        }
-        Err(error) => {
-            session.error(Code::Image, span, format!("the picture {name:?} is no sky: {error}"));
-            None
-        }
-    }
+    let sky = Arc::new(EnvironmentMap::new(scaled(&picture, view.intensity), view.rows, view.rotation)?);
+    session.assets.sky = Some((picture, view, Arc::clone(&sky)));
+    Ok(sky)
 }
 
 fn scaled(picture: &Arc<Image>, factor: f32) -> Arc<Image> {

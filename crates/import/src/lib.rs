@@ -35,8 +35,10 @@
 mod diagnostics;
 mod environment;
 mod findings;
+mod gltf;
 mod hash;
 mod image;
+mod keys;
 mod limits;
 pub mod manual;
 mod mesh;
@@ -45,14 +47,18 @@ mod sandbox;
 mod scene;
 mod session;
 mod source;
+mod view;
 
 use std::path::{Path, PathBuf};
 
 use brewster_world::components::parts::Integrator;
+use glam::UVec2;
 
 pub use diagnostics::{Code, Diagnostic, Excerpt, Severity};
+pub use gltf::GltfChoices;
 pub use limits::Limits;
 pub use scene::{Applied, Imported, Scene};
+pub use view::{EnvironmentChoice, ViewChoices};
 
 use session::{Assets, Session};
 
@@ -65,6 +71,12 @@ pub struct LoadOptions {
     pub overrides: Vec<(String, String)>,
     /// The integrator that takes the place of the scene's; what it does not render is an error.
     pub integrator: Option<Integrator>,
+    /// The size of the picture that takes the place of the scene's: some of glTF's cameras depend on it.
+    pub resolution: Option<UVec2>,
+    /// What is taken of a glTF file.
+    pub gltf: GltfChoices,
+    /// What takes the place of a scene's cameras and surroundings.
+    pub view: ViewChoices,
     /// How large a scene may be.
     pub limits: Limits,
 }
@@ -74,7 +86,7 @@ pub struct LoadOptions {
 pub struct Loaded {
     /// What its entities are to be.
     pub scene: Scene,
-    /// Warnings.
+    /// Warnings, and notes on what was made of the file.
     pub diagnostics: Vec<Diagnostic>,
     /// The files that were read, the scene's own first: when one changes, the scene may.
     pub dependencies: Vec<PathBuf>,
@@ -118,24 +130,48 @@ impl Importer {
         Importer { options, assets: Assets::default() }
     }
 
-    /// Reads the scene in a file.
-    pub fn load(&mut self, path: &Path) -> Result<Loaded, Failure> {
-        self.load_with(path, |session| session.read_scene(path))
+    /// Chooses another moment of a glTF file's animation: the next load writes what is elsewhere then.
+    pub fn set_time(&mut self, time: f32) {
+        self.options.gltf.time = Some(time);
     }
 
-    /// Reads a scene whose file would stand at `path` and say `text`: an editor's buffer, or a scene made by a program.
+    /// Reads the scene in a file: glTF if the name ends so, otherwise RON.
+    pub fn load(&mut self, path: &Path) -> Result<Loaded, Failure> {
+        self.load_with(path, |session, options| match gltf::is_gltf(path) {
+            true => gltf::load(session, path, options),
+            false => {
+                let source = session.read_scene(path)?;
+                Importer::load_ron(session, source, path, options)
+            }
+        })
+    }
+
+    /// Reads a scene in RON whose file would stand at `path` and say `text`: an editor's buffer, or a scene made by a program.
     pub fn load_text(&mut self, path: &Path, text: &str) -> Result<Loaded, Failure> {
-        self.load_with(path, |session| session.add_scene(path, text.as_bytes().to_vec()))
+        self.load_with(path, |session, options| {
+            let source = session.add_scene(path, text.as_bytes().to_vec())?;
+            Importer::load_ron(session, source, path, options)
+        })
+    }
+
+    fn load_ron(session: &mut Session, source: source::SourceId, path: &Path, options: &LoadOptions) -> Option<Scene> {
+        let mut scene = ron::load(session, source, path, &options.overrides, options.integrator)?;
+        if options.view != ViewChoices::default() {
+            view::apply(session, &mut scene, &options.view, source::Span { source, start: 0, end: 0 })?;
+        }
+        Some(scene)
     }
 
     fn load_with(
         &mut self,
         path: &Path,
-        read: impl FnOnce(&mut Session) -> Option<source::SourceId>,
+        read: impl FnOnce(&mut Session, &LoadOptions) -> Option<Scene>,
     ) -> Result<Loaded, Failure> {
-        let LoadOptions { allow_paths, overrides, integrator, limits } = &self.options;
-        let mut session = Session::new(path, allow_paths, *limits, &mut self.assets);
-        let scene = read(&mut session).and_then(|source| ron::load(&mut session, source, path, overrides, *integrator));
+        let options = &self.options;
+        let mut session = Session::new(path, &options.allow_paths, options.limits, &mut self.assets);
+        session.resolution = options.resolution;
+        let scene = read(&mut session, options);
+        session.digest.update(format!("{:?}{:?}", options.view, options.gltf).as_bytes());
         let (dependencies, hash) = (session.dependencies, session.digest.finish());
         let diagnostics = session.found.finish();
         match scene {

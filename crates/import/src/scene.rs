@@ -117,9 +117,58 @@ impl Scene {
         }
         applied
     }
+
+    /// A component of a row, its own or another row's.
+    pub(crate) fn part<'s, T>(&'s self, row: &'s Row, part: impl Fn(&Row) -> &Part<T>) -> Option<&'s T> {
+        match part(row) {
+            Part::None => None,
+            Part::Own(value) => Some(value),
+            Part::Of(other) => match part(&self.rows[*other as usize]) {
+                Part::Own(value) => Some(value),
+                _ => None,
+            },
+        }
+    }
+}
+
+/// From each row's space to the world's, and how many rows that takes. A parent may come after its children.
+pub(crate) fn world_transforms(rows: &[Row]) -> (Vec<Affine3A>, Vec<u64>) {
+    let mut places = vec![Affine3A::IDENTITY; rows.len()];
+    let mut depths = vec![0; rows.len()];
+    let mut chain = Vec::new();
+    for start in 0..rows.len() {
+        let mut at = Some(start);
+        while let Some(row) = at.filter(|&row| depths[row] == 0) {
+            chain.push(row);
+            at = rows[row].parent.map(|parent| parent as usize);
+        }
+        let (mut above, mut depth) = at.map_or((Affine3A::IDENTITY, 0), |row| (places[row], depths[row]));
+        while let Some(row) = chain.pop() {
+            above *= rows[row].transform.unwrap_or(Affine3A::IDENTITY);
+            depth += 1;
+            (places[row], depths[row]) = (above, depth);
+        }
+    }
+    (places, depths)
 }
 
 impl Row {
+    /// A row with nothing in it, at the origin.
+    pub(crate) fn at(key: u64, span: Span) -> Row {
+        Row {
+            key,
+            name: None,
+            parent: None,
+            transform: Some(Affine3A::IDENTITY),
+            shape: Part::None,
+            material: Part::None,
+            detail: None,
+            light: None,
+            camera: None,
+            span,
+        }
+    }
+
     /// Gives an entity this row's components; says whether one was another before.
     fn write(&self, entities: &[Entity], mut entity: EntityWorldMut) -> bool {
         let mut changed = false;

@@ -7,6 +7,8 @@ use std::sync::Arc;
 
 use brewster_world::components::parts::{EnvironmentMap, Image, Integrator, TriangleMesh};
 
+use glam::UVec2;
+
 use crate::diagnostics::{Code, Diagnostic, Severity, nearest};
 use crate::environment::View;
 use crate::findings::Findings;
@@ -25,6 +27,8 @@ pub(crate) struct Session<'i> {
     pub digest: Digest,
     pub budgets: Budgets,
     pub assets: &'i mut Assets,
+    /// The size of the picture that is to be taken, if it is known before the scene is.
+    pub resolution: Option<UVec2>,
     /// The integrator that is to render the scene.
     pub integrator: Integrator,
     /// What it does not render, with the place.
@@ -45,6 +49,14 @@ pub(crate) struct Budgets {
 pub(crate) struct Assets {
     pub images: BTreeMap<PathBuf, (u64, Arc<Image>)>,
     pub meshes: BTreeMap<PathBuf, (u64, Arc<TriangleMesh>)>,
+    /// Triangles of the last glTF file, by its digest, mesh and primitive.
+    pub primitives: BTreeMap<(u64, usize, usize), Arc<TriangleMesh>>,
+    /// Pictures of glTF files, by the digests of their bytes.
+    pub pictures: BTreeMap<u64, Arc<Image>>,
+    /// The last picture of the sky that was asked for beside the scene, by the digest of its file.
+    pub sky_file: Option<(u64, Arc<Image>)>,
+    /// The studio that lights files without light.
+    pub studio: Option<Arc<Image>>,
     /// The last map of the sky, and what it was made of.
     pub sky: Option<(Arc<Image>, View, Arc<EnvironmentMap>)>,
 }
@@ -74,6 +86,7 @@ impl<'i> Session<'i> {
             digest: Digest::default(),
             budgets,
             assets,
+            resolution: None,
             integrator: Integrator::Whitted,
             refused: Vec::new(),
             sandbox: Sandbox::new(scene, allowed),
@@ -90,6 +103,23 @@ impl<'i> Session<'i> {
                 let name = path.to_string_lossy();
                 let message = format!("cannot read the scene: {message}");
                 self.found.push(Diagnostic::about_file(Severity::Error, code, name, message));
+                None
+            }
+        }
+    }
+
+    /// Reads a glTF file.
+    pub(crate) fn read_gltf(&mut self, path: &Path) -> Option<Vec<u8>> {
+        self.depend(path);
+        match read_bounded(path, "asset_bytes", self.limits.asset_bytes) {
+            Ok(bytes) => {
+                self.digest.update(&bytes);
+                Some(bytes)
+            }
+            Err(refusal) => {
+                let (code, message) = describe(&refusal);
+                let message = format!("cannot read the scene: {message}");
+                self.found.push(Diagnostic::about_file(Severity::Error, code, path.to_string_lossy(), message));
                 None
             }
         }
@@ -151,6 +181,27 @@ impl<'i> Session<'i> {
         }
     }
 
+    /// Reads a file that another one in `folder` refers to, without a word to the author.
+    pub(crate) fn read_beside(&mut self, folder: &Path, name: &str) -> Result<(Vec<u8>, u64), Refusal> {
+        let resolved = self.sandbox.resolve(folder, Path::new(name));
+        self.depend(resolved.as_deref().unwrap_or(&folder.join(name)));
+        let bytes = read_bounded(&resolved?, "asset_bytes", self.limits.asset_bytes)?;
+        let mut digest = Digest::default();
+        digest.update(&bytes);
+        self.digest.update(&digest.finish().to_le_bytes());
+        Ok((bytes, digest.finish()))
+    }
+
+    /// Reads a file that does not come from the scene but from the one who asks for a picture; its digest.
+    pub(crate) fn read_outside(&mut self, path: &Path) -> Result<(Vec<u8>, u64), Refusal> {
+        self.depend(path);
+        let bytes = read_bounded(path, "asset_bytes", self.limits.asset_bytes)?;
+        let mut digest = Digest::default();
+        digest.update(&bytes);
+        self.digest.update(&digest.finish().to_le_bytes());
+        Ok((bytes, digest.finish()))
+    }
+
     pub(crate) fn error(&mut self, code: Code, span: Span, message: impl Into<String>) {
         self.found.push(self.sources.error(code, span, message));
     }
@@ -192,18 +243,20 @@ impl<'i> Session<'i> {
             Refusal::Outside => error
                 .expected("a file in the folder of the scene or below it")
                 .help("other folders are allowed by `--allow-path DIR`"),
-            Refusal::Io(reason) if reason.kind() == io::ErrorKind::NotFound => match self.neighbor(name, span) {
-                Some(neighbor) => error.help(format!("did you mean {neighbor:?}?")),
-                None => error,
-            },
+            Refusal::Io(reason) if reason.kind() == io::ErrorKind::NotFound => {
+                match self.neighbor(&self.sources.get(span.source).folder, name) {
+                    Some(neighbor) => error.help(format!("did you mean {neighbor:?}?")),
+                    None => error,
+                }
+            }
             _ => error,
         };
         self.found.push(error);
     }
 
     /// The file with the nearest name in the same folder, if scenes may read there.
-    fn neighbor(&self, name: &str, span: Span) -> Option<String> {
-        let wanted = self.sources.get(span.source).folder.join(name);
+    pub(crate) fn neighbor(&self, folder: &Path, name: &str) -> Option<String> {
+        let wanted = folder.join(name);
         let folder = wanted.parent()?.canonicalize().ok()?;
         let entries = std::fs::read_dir(&folder).ok()?.take(1000).filter_map(Result::ok);
         let mut names: Vec<String> = entries
@@ -218,7 +271,8 @@ impl<'i> Session<'i> {
     }
 }
 
-fn describe(refusal: &Refusal) -> (Code, String) {
+/// The kind of a refusal, and the reason in words.
+pub(crate) fn describe(refusal: &Refusal) -> (Code, String) {
     match refusal {
         Refusal::Outside => (Code::Sandbox, "it lies outside the folder of the scene".into()),
         Refusal::NotAFile => (Code::File, "it is not a file".into()),

@@ -3,6 +3,7 @@
 mod check;
 mod compare;
 mod completions;
+mod frames;
 mod fresnel;
 mod man;
 mod render;
@@ -33,7 +34,7 @@ const EXIT_CODES: &str = "Exit codes: 0 done; 1 the input cannot be used or the 
 #[derive(Debug, Subcommand)]
 enum Command {
     Render(Box<render::Arguments>),
-    Check(check::Arguments),
+    Check(Box<check::Arguments>),
     Fresnel(fresnel::Arguments),
     Compare(compare::Arguments),
     Completions(completions::Arguments),

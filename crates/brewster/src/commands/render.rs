@@ -1,13 +1,15 @@
 //! `brewster render`: a scene's picture.
 
 use std::collections::BTreeSet;
+use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use brewster::buffers::{Integrator, SamplerKind, Settings, ToneMapping};
-use brewster::film::{Display, Format, Keep, PngDepth, PngSettings, SCALE, ToneMap, Window};
+use brewster::buffers::{Backdrop, Integrator, SamplerKind, Settings, ToneMapping};
+use brewster::film::{Display, Format, Keep, PngAlpha, PngDepth, PngSettings, SCALE, ToneMap, Window};
+use brewster::import::Severity;
 use brewster::wavefront::ledger::{Energy, Ledger};
 use brewster::wavefront::queues::RaySource;
 use brewster::wavefront::{Control, Policy, Stage};
@@ -17,7 +19,7 @@ use glam::UVec2;
 
 use super::scene::{SceneArguments, say_warnings};
 use super::values::{self, DisplayArguments};
-use super::{Failure, watch};
+use super::{Failure, frames, watch};
 use crate::interrupt::Interrupt;
 use crate::terminal::{Progress, Terminal, count, duration, plural};
 
@@ -66,7 +68,7 @@ pub(crate) struct Arguments {
     /// Rays that are traced together; it changes the time and not the picture.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=16_777_216))]
     pub batch: Option<u32>,
-    /// The camera; without it, the scene's first.
+    /// The camera, by name or number; without it, the scene's first.
     #[arg(long, value_name = "NAME")]
     pub camera: Option<String>,
     /// Render a part of the picture: left, top, width and height in pixels.
@@ -83,6 +85,12 @@ pub(crate) struct Arguments {
     /// Render again whenever the scene or a file that it refers to changes; Ctrl-C ends.
     #[arg(long, conflicts_with_all = ["stats", "trace", "time_limit"])]
     pub watch: bool,
+    /// Render the frames A to B of a glTF file's animation, each to a file with its number.
+    #[arg(long, value_name = "A..B", value_parser = values::frames, conflicts_with_all = ["time", "watch", "stats", "trace", "time_limit", "fireflies"])]
+    pub frames: Option<RangeInclusive<u32>>,
+    /// Frames in a second of the animation.
+    #[arg(long, value_name = "N", value_parser = values::above_zero, default_value_t = 24.0)]
+    pub fps: f32,
     /// Write counts and times as JSON.
     #[arg(long, value_name = "FILE.json")]
     pub stats: Option<PathBuf>,
@@ -120,6 +128,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     if arguments.watch {
         return watch::run(arguments, &mut session, &outputs, terminal, &interrupt);
     }
+    if let Some(frames) = &arguments.frames {
+        return frames::run(arguments, frames.clone(), &mut session, &outputs, terminal, &interrupt);
+    }
 
     let warnings = load(&mut session, terminal)?;
     let mut render = session.render(arguments.options())?;
@@ -144,6 +155,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         render.write_trace(path)?;
     }
     summarize(&render, terminal, warnings);
+    for note in session.warnings().iter().filter(|diagnostic| diagnostic.severity == Severity::Note) {
+        terminal.say(format_args!("note     {}", note.message));
+    }
     if arguments.fireflies {
         list("largest", &render.fireflies(), terminal);
     }
@@ -214,20 +228,25 @@ impl Arguments {
     /// How a PNG shows the picture.
     pub(crate) fn png(&self, settings: &Settings) -> PngSettings {
         let tone_map = match settings.tone_mapping {
+            ToneMapping::None => ToneMap::None,
             ToneMapping::Srgb => ToneMap::Srgb,
             ToneMapping::Filmic => ToneMap::Filmic,
+            ToneMapping::Aces => ToneMap::Aces,
+            ToneMapping::Agx => ToneMap::Agx,
+            ToneMapping::PbrNeutral => ToneMap::PbrNeutral,
         };
         let depth = match self.png_depth {
             PngBits::Eight => PngDepth::Eight,
             PngBits::Sixteen => PngDepth::Sixteen,
         };
         let display = self.display.over(Display { exposure: settings.exposure, tone_map });
-        PngSettings { display, depth, ..PngSettings::default() }
+        let alpha = if settings.backdrop == Backdrop::Transparent { PngAlpha::Straight } else { PngAlpha::Opaque };
+        PngSettings { display, depth, alpha }
     }
 }
 
 /// Reads and flattens the scene; the number of warnings.
-fn load(session: &mut Session, terminal: Terminal) -> Result<usize, Failure> {
+pub(crate) fn load(session: &mut Session, terminal: Terminal) -> Result<usize, Failure> {
     let progress = terminal.begin("load");
     let applied = session.load()?;
     let files = plural(session.dependencies().len() as u64, "file");

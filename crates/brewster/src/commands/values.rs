@@ -2,14 +2,17 @@
 
 use std::fmt::Display;
 use std::fs::{self, OpenOptions};
+use std::ops::RangeInclusive;
 use std::path::Path;
 use std::process;
 use std::time::Duration;
 
+use brewster::buffers::{Backdrop, Background};
 use brewster::film::{self, ToneMap, Window};
+use brewster::optics::color::linear_from_srgb8;
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
-use glam::UVec2;
+use glam::{UVec2, Vec3};
 
 use super::Failure;
 
@@ -55,6 +58,49 @@ pub(crate) fn one_of<T: Clone + Send + Sync + 'static>(
 pub(crate) fn finite(text: &str) -> Result<f32, String> {
     let value: f32 = text.parse().map_err(|_| "expected a number".to_owned())?;
     if value.is_finite() { Ok(value) } else { Err("expected a finite number".to_owned()) }
+}
+
+/// `X,Y,Z`.
+pub(crate) fn vector(text: &str) -> Result<Vec3, String> {
+    let numbers: Result<Vec<f32>, String> = text.split(',').map(|number| finite(number.trim())).collect();
+    match numbers?[..] {
+        [x, y, z] => Ok(Vec3::new(x, y, z)),
+        _ => Err("expected three numbers with commas between them, such as 0,1.5,4".to_owned()),
+    }
+}
+
+/// `A..B`, both included.
+pub(crate) fn frames(text: &str) -> Result<RangeInclusive<u32>, String> {
+    let ends = text.split_once("..").map(|(first, last)| (first.parse(), last.trim_start_matches('=').parse()));
+    match ends {
+        Some((Ok(first), Ok(last))) if first <= last => Ok(first..=last),
+        _ => Err("expected A..B with A no larger than B, such as 0..47".to_owned()),
+    }
+}
+
+/// Degrees between 0 and 180.
+pub(crate) fn angle_of_view(text: &str) -> Result<f32, String> {
+    let angle = above_zero(text)?;
+    if angle < 180.0 { Ok(angle) } else { Err("expected degrees between 0 and 180".to_owned()) }
+}
+
+/// `transparent`, `environment` or a color.
+pub(crate) fn backdrop(text: &str) -> Result<Backdrop, String> {
+    match text {
+        "transparent" => return Ok(Backdrop::Transparent),
+        "environment" => return Ok(Backdrop::Background),
+        _ => {}
+    }
+    let color = match text.strip_prefix('#') {
+        Some(digits) if digits.len() == 6 && digits.is_ascii() => {
+            let channel = |at: usize| u8::from_str_radix(&digits[at..at + 2], 16).ok().map(linear_from_srgb8);
+            channel(0).zip(channel(2)).zip(channel(4)).map(|((red, green), blue)| Vec3::new(red, green, blue))
+        }
+        _ => vector(text).ok().filter(|color| color.min_element() >= 0.0),
+    };
+    let color =
+        color.ok_or("expected `transparent`, `environment`, #rrggbb, or linear red,green,blue such as 0.2,0.2,0.2")?;
+    Ok(Backdrop::Other(Background::Constant(color)))
 }
 
 /// A finite number above zero.
@@ -124,6 +170,32 @@ mod tests {
         assert_eq!(window("1,2, 3,4"), Ok(Window { x: 1, y: 2, width: 3, height: 4 }));
         for wrong in ["", "1,2,3", "1,2,3,4,5", "1,2,3,-4", "1,2,3,x", "1,2,,4", "1,2,3,4,"] {
             assert!(window(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn frames_are_two_numbers() {
+        assert_eq!(frames("0..47"), Ok(0..=47));
+        assert_eq!(frames("3..=3"), Ok(3..=3));
+        for wrong in ["", "1", "2..1", "..3", "1..", "-1..2", "1.5..2"] {
+            assert!(frames(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn backdrops_are_words_or_colors() {
+        let gray = |value| Ok(Backdrop::Other(Background::Constant(Vec3::splat(value))));
+        for (text, expected) in [
+            ("transparent", Ok(Backdrop::Transparent)),
+            ("environment", Ok(Backdrop::Background)),
+            ("#ffffff", gray(1.0)),
+            ("#000000", gray(0.0)),
+            ("0.25, 0.25,0.25", gray(0.25)),
+        ] {
+            assert_eq!(backdrop(text), expected, "{text}");
+        }
+        for wrong in ["", "red", "#fff", "#gggggg", "1,2", "-1,0,0", "1,2,inf", "#é1234"] {
+            assert!(backdrop(wrong).is_err(), "{wrong}");
         }
     }
 

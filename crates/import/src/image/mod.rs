@@ -1,6 +1,7 @@
 //! Picture files to pixels, in the precision of the file. Dimensions are checked against the budget before anything is decoded.
 
 mod exr;
+mod ktx2;
 
 use std::io::Cursor;
 use std::sync::Arc;
@@ -8,7 +9,8 @@ use std::sync::Arc;
 use brewster_world::components::parts::{Image, Texels};
 use image::{DynamicImage, ImageDecoder, ImageReader};
 
-use crate::diagnostics::Code;
+use crate::diagnostics::{Code, Diagnostic};
+use crate::limits::{Budget, Exceeded};
 use crate::session::{Asset, Session};
 use crate::source::Span;
 
@@ -27,57 +29,86 @@ pub(crate) fn load(session: &mut Session, name: &str, span: Span) -> Option<Arc<
 }
 
 fn decode(session: &mut Session, asset: &Asset, name: &str, span: Span) -> Option<Image> {
-    let decoded = match asset.bytes.starts_with(exr::MAGIC) {
-        true => decode_exr(session, asset, name, span),
-        false => decode_other(session, asset, name, span).map_err(|error| error.to_string()),
-    };
-    match decoded {
-        Ok(image) => image,
-        Err(error) => {
-            let message = format!("cannot read the picture {name:?}: {error}");
-            let error = session.sources.error(Code::Image, span, message);
-            session.found.push(error.expected("a PNG, JPEG, WebP, Radiance HDR or OpenEXR file"));
-            None
+    let decoded = read(&asset.bytes, &mut session.budgets.pixels);
+    decoded.map_err(|error| session.found.push(error.explain(session.sources.error(error.code(), span, ""), name))).ok()
+}
+
+/// Why a picture cannot be read.
+#[derive(Debug)]
+pub(crate) enum Unreadable {
+    /// It is none, or broken.
+    Broken(String),
+    /// It has no pixels.
+    Empty,
+    /// It has more pixels than a scene may have.
+    TooLarge(u32, u32, Exceeded),
+}
+
+impl Unreadable {
+    /// The kind of the problem.
+    pub(crate) fn code(&self) -> Code {
+        match self {
+            Unreadable::TooLarge(..) => Code::Limit,
+            _ => Code::Image,
+        }
+    }
+
+    /// A diagnostic with the reason.
+    pub(crate) fn explain(&self, diagnostic: Diagnostic, name: &str) -> Diagnostic {
+        match self {
+            Unreadable::Broken(reason) => diagnostic
+                .message(format!("cannot read the picture {name:?}: {reason}"))
+                .expected("a PNG, JPEG, WebP, KTX2, Radiance HDR or OpenEXR file"),
+            Unreadable::Empty => diagnostic.message(format!("the picture {name:?} has no pixels")),
+            Unreadable::TooLarge(width, height, exceeded) => {
+                let message = format!("the picture {name:?} of {width} x {height} pixels is too large: {exceeded}");
+                diagnostic.message(message)
+            }
         }
     }
 }
 
-/// Nothing where the size was reported.
-fn decode_exr(session: &mut Session, asset: &Asset, name: &str, span: Span) -> Result<Option<Image>, String> {
-    let file = exr::File::open(&asset.bytes)?;
-    let [width, height] = file.largest();
-    if !budget(session, name, span, width, height) {
-        return Ok(None);
+/// The picture that a file's bytes hold; its pixels are taken from the budget before anything is decoded.
+pub(crate) fn read(bytes: &[u8], pixels: &mut Budget) -> Result<Image, Unreadable> {
+    let mut take = |width: u32, height: u32| {
+        if width == 0 || height == 0 {
+            return Err(Unreadable::Empty);
+        }
+        let taken = pixels.take(u64::from(width) * u64::from(height));
+        taken.map_err(|exceeded| Unreadable::TooLarge(width, height, exceeded))
+    };
+    if bytes.starts_with(exr::MAGIC) {
+        let file = exr::File::open(bytes).map_err(Unreadable::Broken)?;
+        let [width, height] = file.largest();
+        take(width, height)?;
+        return file.decode().map_err(Unreadable::Broken);
     }
-    file.decode().map(Some)
-}
-
-/// Nothing where the size was reported.
-fn decode_other(session: &mut Session, asset: &Asset, name: &str, span: Span) -> image::ImageResult<Option<Image>> {
-    let mut decoder = ImageReader::new(Cursor::new(&asset.bytes)).with_guessed_format()?.into_decoder()?;
+    if bytes.starts_with(ktx2::MAGIC) {
+        let file = ktx2::File::open(bytes).map_err(Unreadable::Broken)?;
+        let [width, height] = file.size();
+        take(width, height)?;
+        return file.decode().map_err(Unreadable::Broken);
+    }
+    let broken = |error: image::ImageError| Unreadable::Broken(error.to_string());
+    let reader = ImageReader::new(Cursor::new(bytes)).with_guessed_format();
+    let mut decoder = reader.map_err(|error| broken(error.into()))?.into_decoder().map_err(broken)?;
     let (width, height) = decoder.dimensions();
-    if !budget(session, name, span, width, height) {
-        return Ok(None);
-    }
+    take(width, height)?;
     // Beside the pixels themselves a decoder needs room of its own, in proportion to them.
     let mut limits = image::Limits::no_limits();
     limits.max_alloc = Some((1 << 24) + 32 * u64::from(width) * u64::from(height));
-    decoder.set_limits(limits)?;
-    Ok(Some(Image { width, height, texels: texels(DynamicImage::from_decoder(decoder)?) }))
+    decoder.set_limits(limits).map_err(broken)?;
+    let image = DynamicImage::from_decoder(decoder).map_err(broken)?;
+    Ok(Image { width, height, texels: texels(image) })
 }
 
-/// Takes a picture's pixels from what a scene may have, or reports that they are too many.
+/// Takes the pixels of a picture that was read before from what a scene may have, or reports that they are too many.
 fn budget(session: &mut Session, name: &str, span: Span, width: u32, height: u32) -> bool {
-    if width == 0 || height == 0 {
-        session.error(Code::Image, span, format!("the picture {name:?} has no pixels"));
-        return false;
-    }
     let taken = session.budgets.pixels.take(u64::from(width) * u64::from(height));
-    if let Err(exceeded) = taken {
-        let message = format!("the picture {name:?} of {width} x {height} pixels is too large: {exceeded}");
-        session.error(Code::Limit, span, message);
-    }
-    taken.is_ok()
+    let taken = taken.map_err(|exceeded| Unreadable::TooLarge(width, height, exceeded));
+    taken
+        .map_err(|error| session.found.push(error.explain(session.sources.error(error.code(), span, ""), name)))
+        .is_ok()
 }
 
 fn texels(image: DynamicImage) -> Texels {

@@ -9,7 +9,7 @@ use glam::{Affine3A, DVec3, Vec2, Vec3, Vec3A};
 
 use crate::diagnostics::{Code, Diagnostic, Severity};
 use crate::limits::Exceeded;
-use crate::scene::{Part, Row, Scene};
+use crate::scene::{Part, Row, Scene, world_transforms};
 use crate::session::Session;
 use crate::source::Span;
 
@@ -50,27 +50,6 @@ pub(crate) fn check(session: &mut Session, scene: &Scene, file: &str) {
     }
 }
 
-/// From each row's space to the world's, and how many rows that takes. A parent may come after its children.
-fn world_transforms(rows: &[Row]) -> (Vec<Affine3A>, Vec<u64>) {
-    let mut places = vec![Affine3A::IDENTITY; rows.len()];
-    let mut depths = vec![0; rows.len()];
-    let mut chain = Vec::new();
-    for start in 0..rows.len() {
-        let mut at = Some(start);
-        while let Some(row) = at.filter(|&row| depths[row] == 0) {
-            chain.push(row);
-            at = rows[row].parent.map(|parent| parent as usize);
-        }
-        let (mut above, mut depth) = at.map_or((Affine3A::IDENTITY, 0), |row| (places[row], depths[row]));
-        while let Some(row) = chain.pop() {
-            above *= rows[row].transform.unwrap_or(Affine3A::IDENTITY);
-            depth += 1;
-            (places[row], depths[row]) = (above, depth);
-        }
-    }
-    (places, depths)
-}
-
 /// Reports the first row that is too deep in others' spaces.
 fn check_depths(session: &mut Session, scene: &Scene, depths: &[u64]) {
     let bound = session.limits.hierarchy;
@@ -109,20 +88,6 @@ fn check_visibility(session: &mut Session, scene: &Scene, file: &str) {
         |row: &Row| row.light.is_some() || scene.part(row, |row| &row.material).is_some_and(world::Material::shines);
     if scene.background.0.is_black() && !scene.rows.iter().any(shines) {
         warn("nothing in the scene sends out light", "a light, an Emissive material or a background does");
-    }
-}
-
-impl Scene {
-    /// A component of a row, its own or another row's.
-    fn part<'s, T>(&'s self, row: &'s Row, part: impl Fn(&Row) -> &Part<T>) -> Option<&'s T> {
-        match part(row) {
-            Part::None => None,
-            Part::Own(value) => Some(value),
-            Part::Of(other) => match part(&self.rows[*other as usize]) {
-                Part::Own(value) => Some(value),
-                _ => None,
-            },
-        }
     }
 }
 

@@ -11,13 +11,13 @@ use brewster_world::components as world;
 use glam::Affine3A;
 
 use crate::diagnostics::{Code, Diagnostic};
+use crate::keys::Keys;
 use crate::limits::{Budget, Exceeded};
 use crate::scene::Part;
 use crate::session::Session;
 use crate::source::Span;
 
 use super::convert::{self, Place};
-use super::keys::Keys;
 use super::schema;
 use super::values::{Named, Reference, Spanned};
 use super::{names, patterns, read};

@@ -6,7 +6,6 @@ mod content;
 mod convert;
 pub(crate) mod decode;
 pub(crate) mod info;
-mod keys;
 mod names;
 mod node;
 mod overrides;

@@ -7,6 +7,7 @@ use brewster_world::components as world;
 use glam::Affine3A;
 
 use crate::diagnostics::Code;
+use crate::keys::Keys;
 use crate::limits::Exceeded;
 use crate::scene::{Part, Row, Scene};
 use crate::session::Session;
@@ -14,7 +15,6 @@ use crate::source::Span;
 
 use super::content::{Content, Defined, Prototype, Resolver};
 use super::convert;
-use super::keys::Keys;
 use super::schema;
 use super::values::Spanned;
 
@@ -29,7 +29,7 @@ pub(crate) fn spawn(resolver: &mut Resolver, scene: &schema::Scene, content: &Co
             Defined::Shape(shape, _) => (Part::Own(Arc::new(shape)), Part::None, None),
             Defined::Material(material, detail) => (Part::None, Part::Own(material), detail),
         };
-        let row = Row::at(definition.key, definition.span).named(definition.name);
+        let row = Row { name: definition.name, ..Row::at(definition.key, definition.span) };
         rows.push(Row { shape, material, detail, transform: None, ..row });
     }
     rows.extend(cameras);
@@ -69,7 +69,7 @@ fn cameras(session: &mut Session, scene: &schema::Scene) -> Vec<Row> {
     let mut places: HashMap<&str, Span> = HashMap::new();
     let mut add = |session: &mut Session, camera: &Spanned<schema::Camera>, name: Option<&str>| {
         if let Some((component, place)) = convert::camera(session, camera) {
-            let row = Row::at(Keys::camera(rows.len() as u64), camera.span).named(name.map(Arc::from));
+            let row = Row { name: name.map(Arc::from), ..Row::at(Keys::camera(rows.len() as u64), camera.span) };
             rows.push(Row { transform: Some(place), camera: Some(Arc::new(component)), ..row });
         }
     };
@@ -86,27 +86,6 @@ fn cameras(session: &mut Session, scene: &schema::Scene) -> Vec<Row> {
         }
     }
     rows
-}
-
-impl Row {
-    fn at(key: u64, span: Span) -> Row {
-        Row {
-            key,
-            name: None,
-            parent: None,
-            transform: Some(Affine3A::IDENTITY),
-            shape: Part::None,
-            material: Part::None,
-            detail: None,
-            light: None,
-            camera: None,
-            span,
-        }
-    }
-
-    fn named(self, name: Option<Arc<str>>) -> Row {
-        Row { name, ..self }
-    }
 }
 
 struct Placer {
@@ -194,7 +173,7 @@ impl Placer {
 
     /// A row without components but with the entity's name.
     fn push(&mut self, prototype: &Prototype, parent: Option<u32>, transform: Affine3A) -> u32 {
-        let row = Row::at(self.next, prototype.span).named(prototype.name.clone());
+        let row = Row { name: prototype.name.clone(), ..Row::at(self.next, prototype.span) };
         self.rows.push(Row { parent, transform: Some(transform), ..row });
         self.next += 1;
         self.rows.len() as u32 - 1

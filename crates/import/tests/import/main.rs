@@ -2,6 +2,7 @@
 
 mod broken_scenes;
 mod edits;
+mod gltf;
 mod loaded;
 mod manual;
 mod mutations;

@@ -99,7 +99,7 @@ fn meet(context: &Context<'_>, batch: &mut Batch, tile: &mut FilmTile<'_>) -> Op
         });
     }
     recorder.stage(at(Stage::Escape), sorted.escaped.len(), |counts| {
-        escape(context, rays, sorted.escaped.view(), stacks, contributions, counts);
+        escape(context, depth, rays, sorted.escaped.view(), stacks, contributions, counts);
     });
     recorder.stage(at(Stage::ShadeEmissive), sorted.emissive.len(), |counts| {
         shade_emissive(context, rays, &sorted.emissive.view(), stacks, contributions, counts);

@@ -1,5 +1,6 @@
 //! Gives escaped rays the background.
 
+use brewster_buffers::Backdrop;
 use brewster_optics::lobe::{DELTA, power_heuristic};
 
 use crate::context::Context;
@@ -7,11 +8,13 @@ use crate::media::MediaStacks;
 use crate::queues::{Contribution, ContributionQueue, End, EscapedView, PathRaysView};
 use crate::stats::Counts;
 
-/// Gives each escaped ray the background's radiance, of which shadow rays bring the part that they find better.
+/// Gives each escaped ray the background's radiance, of which shadow rays bring the part that they find better. Camera rays, of
+/// depth 0, see the backdrop.
 ///
 /// Reads: rays, escaped rays and the background. Writes: contributions.
 pub fn escape(
     context: &Context<'_>,
+    depth: u32,
     rays: PathRaysView<'_>,
     escaped: EscapedView<'_>,
     stacks: &MediaStacks,
@@ -19,15 +22,21 @@ pub fn escape(
     counts: &mut Counts,
 ) {
     let background = &context.scene.background;
+    let seen = match &context.scene.settings.backdrop {
+        Backdrop::Other(backdrop) if depth == 0 => Some(backdrop),
+        Backdrop::Transparent if depth == 0 => None,
+        _ => Some(background),
+    };
     for &row in escaped.ray {
         let ray = rays.get(row as usize);
         if context.albedos.is_some() {
             counts.ledger.escaped.add(ray.weight);
         }
+        let Some(seen) = seen else { continue };
         let direction = ray.ray().direction;
         let share = if ray.pdf == DELTA { 1.0 } else { power_heuristic(ray.pdf, background.pdf(direction)) };
         let scale = share * context.radiance_scale(stacks, ray.media, ray.wavelength);
-        let radiance = ray.weight * background.radiance(direction) * scale;
+        let radiance = ray.weight * seen.radiance(direction) * scale;
         contributions.push(Contribution {
             radiance,
             sample: ray.sample,

@@ -20,8 +20,8 @@ pub use transform::{SceneKey, Transform, WorldTransform};
 /// What components are made of: types of the crates below, under one roof, so that an importer needs no other.
 pub mod parts {
     pub use brewster_buffers::{
-        Axis, Background, Channel, Encoding, EnvironmentMap, Filter, Image, ImageTexture, Integrator, MapRows,
-        PixelFilter, SamplerKind, Settings, Texels, Texture, ToneMapping, UvSet, UvTransform, Wrap,
+        Axis, Backdrop, Background, Channel, Encoding, EnvironmentMap, Filter, Image, ImageTexture, Integrator,
+        MapError, MapRows, PixelFilter, SamplerKind, Settings, Texels, Texture, ToneMapping, UvSet, UvTransform, Wrap,
     };
     pub use brewster_geometry::{Affine, TriangleMesh};
     pub use brewster_optics::dispersion::DispersiveIndex;

@@ -56,10 +56,15 @@ pub(crate) fn settings(settings: &schema::Settings, integrator: parts::Integrato
         },
         transparent_shadows: settings.transparent_shadows.value,
         contribution_threshold: settings.contribution_threshold,
+        backdrop: parts::Backdrop::Background,
         exposure: settings.exposure,
         tone_mapping: match settings.tone_mapping {
+            schema::ToneMapping::None {} => parts::ToneMapping::None,
             schema::ToneMapping::Srgb {} => parts::ToneMapping::Srgb,
             schema::ToneMapping::Filmic {} => parts::ToneMapping::Filmic,
+            schema::ToneMapping::Aces {} => parts::ToneMapping::Aces,
+            schema::ToneMapping::Agx {} => parts::ToneMapping::Agx,
+            schema::ToneMapping::PbrNeutral {} => parts::ToneMapping::PbrNeutral,
         },
     }
 }

@@ -122,10 +122,18 @@ schema! {
 
     /// How radiance becomes display values.
     choice ToneMapping {
+        /// Clamped, without any curve.
+        None {},
         /// Clamped, then the sRGB curve.
         Srgb {},
         /// A filmic curve that rolls highlights off, then the sRGB curve.
         Filmic {},
+        /// A fit of the ACES reference transforms.
+        Aces {},
+        /// AgX without a look.
+        Agx {},
+        /// Khronos PBR Neutral, which keeps base colors.
+        PbrNeutral {},
     }
 
     /// Where a picture is taken from.

@@ -31,6 +31,9 @@ const ENTITIES: u64 = 2 << CLASS_BIT;
 const NAMED: u64 = 1 << 28;
 
 impl Keys {
+    /// The key of a camera that takes the place of all others.
+    pub(crate) const VIEW: u64 = DEFINITIONS - 1;
+
     /// The key of the camera at a place of the file.
     pub(crate) fn camera(place: u64) -> u64 {
         place
@@ -39,6 +42,11 @@ impl Keys {
     /// The key of a material or a shape.
     pub(crate) fn definition(&mut self, path: &str) -> u64 {
         DEFINITIONS | free(&mut self.definitions, of_text(path), DEFINITIONS)
+    }
+
+    /// The first of the 2³² keys of the node at a place of a glTF file.
+    pub(crate) fn node(place: u64) -> u64 {
+        ENTITIES | place << 32
     }
 
     /// The first of the 2³² keys of an entity of the file's list.

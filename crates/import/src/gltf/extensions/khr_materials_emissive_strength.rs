@@ -1,0 +1,33 @@
+//! `KHR_materials_emissive_strength`: a factor of the emission.
+
+use brewster_world::components::{Color, Principled};
+use glam::Vec3;
+use serde::Deserialize;
+
+use super::super::Found;
+use super::super::materials::Reader;
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase", default)]
+struct Extension {
+    emissive_strength: f32,
+}
+
+impl Default for Extension {
+    fn default() -> Self {
+        Extension { emissive_strength: 1.0 }
+    }
+}
+
+/// Writes what the extension says into a material.
+pub(in crate::gltf) fn apply(reader: &mut Reader, material: &mut Principled) -> Found<()> {
+    let Some((found, _)) = reader.extension::<Extension>("KHR_materials_emissive_strength")? else { return Ok(()) };
+    let strength = found.emissive_strength.clamp(0.0, f32::MAX);
+    match &mut material.emission {
+        Color::Constant(factor) | Color::Tinted { factor, .. } => *factor *= strength,
+        Color::Texture(texture) => {
+            material.emission = Color::Tinted { factor: Vec3::splat(strength), texture: texture.clone() };
+        }
+    }
+    Ok(())
+}

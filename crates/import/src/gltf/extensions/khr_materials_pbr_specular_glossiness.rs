@@ -1,0 +1,79 @@
+//! `KHR_materials_pbrSpecularGlossiness`, an archived extension: converted as its successors suggest. With an infinite index of
+//! refraction the reflection along the normal is the specular color itself; roughness is 1 - glossiness.
+
+use std::sync::Arc;
+
+use brewster_world::components::parts::{Channel, Encoding, Image, ImageTexture, Texels, Texture};
+use brewster_world::components::{Principled, Scalar};
+use serde::Deserialize;
+
+use super::super::Found;
+use super::super::materials::{Reader, unit};
+use super::super::textures::Info;
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase", default)]
+struct Extension {
+    diffuse_factor: [f32; 4],
+    diffuse_texture: Option<Info>,
+    specular_factor: [f32; 3],
+    glossiness_factor: f32,
+    specular_glossiness_texture: Option<Info>,
+}
+
+impl Default for Extension {
+    fn default() -> Self {
+        Extension {
+            diffuse_factor: [1.0; 4],
+            diffuse_texture: None,
+            specular_factor: [1.0; 3],
+            glossiness_factor: 1.0,
+            specular_glossiness_texture: None,
+        }
+    }
+}
+
+/// Writes what the extension says into a material; the alpha of its diffuse color, and where more of it comes from.
+pub(in crate::gltf) fn apply(reader: &mut Reader, material: &mut Principled) -> Found<Option<(f32, Option<Texture>)>> {
+    let Some((found, path)) = reader.extension::<Extension>("KHR_materials_pbrSpecularGlossiness")? else {
+        return Ok(None);
+    };
+    let [r, g, b, alpha] = found.diffuse_factor.map(unit);
+    let at_diffuse = format!("{path}.diffuseTexture");
+    material.base_color = reader.color([r, g, b], &found.diffuse_texture, Encoding::Srgb, &at_diffuse)?;
+    material.metallic = Scalar::constant(0.0);
+    material.ior = 0.0;
+    let (of, at) = (&found.specular_glossiness_texture, format!("{path}.specularGlossinessTexture"));
+    material.specular_color = reader.color(found.specular_factor.map(unit), of, Encoding::Srgb, &at)?;
+    let glossiness = unit(found.glossiness_factor);
+    let texture = match of {
+        Some(info) => reader.texture(info, Encoding::Linear, &at)?,
+        None => None,
+    };
+    material.roughness = match texture {
+        Some(Texture::Image(picture)) => {
+            let image = Arc::new(roughness(&picture.image, glossiness));
+            Scalar { factor: 1.0, texture: Some((Texture::Image(ImageTexture { image, ..picture }), Channel::A)) }
+        }
+        _ => Scalar::constant(1.0 - glossiness),
+    };
+    Ok(Some((alpha, material.base_color.texture().cloned())))
+}
+
+/// A picture whose alpha is 1 - factor * alpha.
+fn roughness(image: &Image, factor: f32) -> Image {
+    let texels = match &image.texels {
+        Texels::Bytes(texels) => Texels::Bytes(
+            texels.iter().map(|&[r, g, b, a]| [r, g, b, (255.0 - factor * f32::from(a)).round() as u8]).collect(),
+        ),
+        Texels::Words(texels) => Texels::Words(
+            texels.iter().map(|&[r, g, b, a]| [r, g, b, (65535.0 - factor * f32::from(a)).round() as u16]).collect(),
+        ),
+        // Alpha is 1 everywhere.
+        Texels::Floats(texels) => {
+            let alpha = (65535.0 * (1.0 - factor)).round() as u16;
+            Texels::Words(vec![[0, 0, 0, alpha]; texels.len()])
+        }
+    };
+    Image { texels, ..*image }
+}

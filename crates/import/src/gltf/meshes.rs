@@ -1,0 +1,309 @@
+//! Primitives to triangles.
+//!
+//! | where the specification leaves a choice | what is done |
+//! | --- | --- |
+//! | points and lines have no area | they are left out, with a warning |
+//! | a primitive without normals | flat, by the triangles' own normals |
+//! | a normal of no length | that of a triangle that the vertex belongs to |
+//! | a vertex that joints move with weights whose sum is not 1 | the weights are scaled; without any, it stays |
+//! | a morphed mesh whose targets have no normals | the normals of the base |
+
+use std::collections::BTreeMap;
+
+use brewster_world::components::parts::TriangleMesh;
+use glam::{Affine3A, Mat3A, Vec2, Vec3, Vec3A, Vec4};
+use gltf::json::accessor::Type;
+use gltf::json::mesh::{Mode, MorphTarget, Primitive, Semantic};
+use gltf::json::validation::Checked;
+use gltf::json::{Accessor, Index};
+
+use super::accessors::Gathered;
+use super::document::Document;
+use super::extensions::khr_draco_mesh_compression as draco;
+use super::{Found, Reporter, broken, tangents};
+use crate::diagnostics::{Code, Diagnostic, Severity};
+use crate::limits::Exceeded;
+use crate::session::Budgets;
+
+/// How a mesh is bent.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Pose<'p> {
+    /// One for each morph target; those that are absent are 0.
+    pub weights: &'p [f32],
+    /// From the mesh's space to the world's, one for each joint; empty for a mesh without a skin.
+    pub joints: &'p [Affine3A],
+}
+
+/// What a primitive's material needs of it beside its shape.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Tangents {
+    /// Those of the file.
+    AsTheyAre,
+    /// Some, along the first texture coordinates or the second.
+    Along(u32),
+}
+
+/// The triangles of a primitive; none if it has no area.
+pub(super) fn read(
+    document: &Document,
+    budgets: &mut Budgets,
+    reporter: &mut Reporter,
+    primitive: &Primitive,
+    path: &str,
+    (pose, needed): (Pose, Tangents),
+) -> Found<Option<TriangleMesh>> {
+    let mode = primitive.mode.unwrap();
+    if matches!(mode, Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip) {
+        let what = if mode == Mode::Points { "points" } else { "lines" };
+        reporter.warn(Code::Decision, format!("{path}.mode"), format!("{what} have no area, and are left out"));
+        return Ok(None);
+    }
+    let source = Source::open(document, budgets, primitive, path)?;
+    let Some(positions) = source.floats::<3>(Semantic::Positions)? else {
+        reporter.warn(Code::Gltf, format!("{path}.attributes"), "a primitive without `POSITION` is left out");
+        return Ok(None);
+    };
+    let count = positions.len();
+    let triangles = source.triangles(mode, count)?;
+    if triangles.is_empty() {
+        reporter.warn(Code::Gltf, path, "a primitive without a triangle is left out");
+        return Ok(None);
+    }
+    let taken = budgets.triangles.take(triangles.len() as u64);
+    taken.map_err(|over| too_many(path, "triangles", over))?;
+    let pairs = |rows: Option<Vec<[f32; 2]>>| rows.unwrap_or_default().into_iter().map(Vec2::from_array).collect();
+    let vectors = |rows: Option<Vec<[f32; 3]>>| rows.unwrap_or_default().into_iter().map(Vec3::from_array).collect();
+    let mut mesh = TriangleMesh {
+        positions: vectors(Some(positions)),
+        normals: vectors(source.floats(Semantic::Normals)?),
+        uvs: pairs(source.floats(Semantic::TexCoords(0))?),
+        second_uvs: pairs(source.floats(Semantic::TexCoords(1))?),
+        colors: source.colors()?,
+        tangents: source.floats(Semantic::Tangents)?.unwrap_or_default().into_iter().map(Vec4::from_array).collect(),
+        triangles,
+    };
+    if !pose.weights.is_empty() {
+        morph(document, &mut mesh, primitive, path, pose.weights)?;
+    }
+    if !pose.joints.is_empty() {
+        bend(&mut mesh, &source, path, pose.joints)?;
+    }
+    mend_normals(&mut mesh);
+    // Last, since vertices with several tangents part.
+    if let (Tangents::Along(set), true) = (needed, mesh.tangents.is_empty()) {
+        tangents::add(&mut mesh, set > 0);
+    }
+    match mesh.validate() {
+        Ok(()) => Ok(Some(mesh)),
+        Err(error) => Err(broken(path, error.to_string()).into()),
+    }
+}
+
+fn too_many(path: &str, what: &str, over: Exceeded) -> Diagnostic {
+    Diagnostic::about_path(Severity::Error, Code::Limit, path, format!("the meshes have too many {what}: {over}"))
+}
+
+/// Where a primitive's numbers come from: accessors, or a compressed stream.
+struct Source<'d> {
+    document: &'d Document,
+    primitive: &'d Primitive,
+    path: &'d str,
+    decoded: Option<draco::Decoded>,
+    /// The number of vertices, that of the positions.
+    vertices: Option<usize>,
+}
+
+impl<'d> Source<'d> {
+    fn open(
+        document: &'d Document,
+        budgets: &mut Budgets,
+        primitive: &'d Primitive,
+        path: &'d str,
+    ) -> Found<Source<'d>> {
+        if let Some(index) = primitive.attributes.get(&Checked::Valid(Semantic::Positions)) {
+            let stated = document.root.accessors[index.value()].count.0;
+            budgets.vertices.take(stated).map_err(|over| too_many(path, "vertices", over))?;
+        }
+        let decoded = draco::decode(document, primitive, path)?;
+        let mut source = Source { document, primitive, path, decoded, vertices: None };
+        source.vertices = source.gather(&Semantic::Positions)?.map(|positions| positions.count);
+        Ok(source)
+    }
+
+    fn gather(&self, semantic: &Semantic) -> Found<Option<Gathered>> {
+        let name = semantic.to_string();
+        if let Some(decoded) = &self.decoded
+            && let Some(attribute) = decoded.attributes.get(&name)
+        {
+            return Ok(Some(attribute.clone()));
+        }
+        let Some(&index) = self.primitive.attributes.get(&Checked::Valid(semantic.clone())) else { return Ok(None) };
+        let path = format!("{}.attributes.{name}", self.path);
+        let gathered = self.document.gather(index, &path)?;
+        match self.vertices {
+            Some(vertices) if vertices != gathered.count => {
+                let message = format!("there are {} rows for {vertices} vertices", gathered.count);
+                Err(broken(path, message).expected("as many rows as `POSITION` has").into())
+            }
+            _ => Ok(Some(gathered)),
+        }
+    }
+
+    fn floats<const N: usize>(&self, semantic: Semantic) -> Found<Option<Vec<[f32; N]>>> {
+        let path = || format!("{}.attributes.{}", self.path, semantic.to_string());
+        self.gather(&semantic)?.map(|gathered| gathered.floats(&path())).transpose()
+    }
+
+    /// The first colors, of three numbers or four.
+    fn colors(&self) -> Found<Vec<Vec4>> {
+        let Some(gathered) = self.gather(&Semantic::Colors(0))? else { return Ok(Vec::new()) };
+        let path = format!("{}.attributes.COLOR_0", self.path);
+        let rows: Vec<Vec4> = match gathered.kind {
+            Type::Vec3 => gathered.floats(&path)?.into_iter().map(|row| Vec3::from_array(row).extend(1.0)).collect(),
+            _ => gathered.floats(&path)?.into_iter().map(Vec4::from_array).collect(),
+        };
+        Ok(rows.into_iter().map(|color| color.max(Vec4::ZERO)).collect())
+    }
+
+    /// The corners of the triangles: of strips and fans in the order that makes all of them face the same way.
+    fn triangles(&self, mode: Mode, vertices: usize) -> Found<Vec<[u32; 3]>> {
+        if let Some(decoded) = &self.decoded {
+            let triangles = decoded.indices.as_chunks().0.to_vec();
+            return check_corners(triangles, vertices, &format!("{}.indices", self.path));
+        }
+        let path = format!("{}.indices", self.path);
+        let indices: Vec<u32> = match self.primitive.indices {
+            Some(index) => self.document.gather(index, &path)?.integers::<1>(&path)?.into_iter().flatten().collect(),
+            None => (0..vertices as u32).collect(),
+        };
+        let of_three = |at: usize| [indices[at], indices[at + 1], indices[at + 2]];
+        let triangles = match mode {
+            Mode::TriangleStrip => (2..indices.len())
+                .map(|last| {
+                    let [a, b, c] = of_three(last - 2);
+                    if last % 2 == 0 { [a, b, c] } else { [a, c, b] }
+                })
+                .collect(),
+            Mode::TriangleFan => {
+                (2..indices.len()).map(|last| [indices[last - 1], indices[last], indices[0]]).collect()
+            }
+            _ => indices.as_chunks().0.to_vec(),
+        };
+        check_corners(triangles, vertices, &path)
+    }
+}
+
+fn check_corners(triangles: Vec<[u32; 3]>, vertices: usize, path: &str) -> Found<Vec<[u32; 3]>> {
+    match triangles.as_flattened().iter().find(|&&corner| corner as usize >= vertices) {
+        None => Ok(triangles),
+        Some(corner) => {
+            let problem = broken(path, format!("there is no vertex {corner}"));
+            Err(problem.expected(format!("0 to {}", vertices.saturating_sub(1))).into())
+        }
+    }
+}
+
+/// Adds the morph targets, each as often as its weight says.
+fn morph(
+    document: &Document,
+    mesh: &mut TriangleMesh,
+    primitive: &Primitive,
+    path: &str,
+    weights: &[f32],
+) -> Found<()> {
+    let targets: &[MorphTarget] = primitive.targets.as_deref().unwrap_or_default();
+    for (index, (target, &weight)) in targets.iter().zip(weights).enumerate() {
+        if weight == 0.0 {
+            continue;
+        }
+        let add = |to: &mut [Vec3], accessor: Option<Index<Accessor>>, name: &str| -> Found<()> {
+            let Some(accessor) = accessor.filter(|_| !to.is_empty()) else { return Ok(()) };
+            let path = format!("{path}.targets[{index}].{name}");
+            let rows = document.gather(accessor, &path)?.floats::<3>(&path)?;
+            if rows.len() != to.len() {
+                return Err(broken(path, format!("there are {} rows for {} vertices", rows.len(), to.len())).into());
+            }
+            for (to, row) in to.iter_mut().zip(rows) {
+                *to += weight * Vec3::from_array(row);
+            }
+            Ok(())
+        };
+        add(&mut mesh.positions, target.positions, "POSITION")?;
+        add(&mut mesh.normals, target.normals, "NORMAL")?;
+    }
+    Ok(())
+}
+
+/// Moves every vertex by the mean of its joints' transforms, as much of each as its weight says.
+fn bend(mesh: &mut TriangleMesh, source: &Source, path: &str, joints: &[Affine3A]) -> Found<()> {
+    let mut joints_of: Vec<Vec<[u32; 4]>> = Vec::new();
+    let mut weights_of: Vec<Vec<[f32; 4]>> = Vec::new();
+    while let Some(of) = source.gather(&Semantic::Joints(joints_of.len() as u32))? {
+        let set = joints_of.len();
+        let here = format!("{path}.attributes.JOINTS_{set}");
+        let rows = of.integers::<4>(&here)?;
+        if let Some(joint) = rows.as_flattened().iter().find(|&&joint| joint as usize >= joints.len()) {
+            let message = format!("there is no joint {joint}: the skin has {}", joints.len());
+            return Err(broken(here, message).into());
+        }
+        let weights = source.floats::<4>(Semantic::Weights(set as u32))?;
+        let weights = weights.ok_or_else(|| broken(here, format!("`WEIGHTS_{set}` is absent")))?;
+        joints_of.push(rows);
+        weights_of.push(weights);
+    }
+    for vertex in 0..mesh.positions.len() {
+        let (mut linear, mut translation, mut sum) = (Mat3A::ZERO, Vec3A::ZERO, 0.0);
+        for (rows, weights) in joints_of.iter().zip(&weights_of) {
+            for (&joint, &weight) in rows[vertex].iter().zip(&weights[vertex]) {
+                if weight != 0.0 {
+                    let joint = &joints[joint as usize];
+                    linear += joint.matrix3 * weight;
+                    translation += joint.translation * weight;
+                    sum += weight;
+                }
+            }
+        }
+        if sum == 0.0 {
+            continue;
+        }
+        let (linear, translation) = (linear * (1.0 / sum), translation / sum);
+        let position = &mut mesh.positions[vertex];
+        *position = (linear * Vec3A::from(*position) + translation).into();
+        if let Some(normal) = mesh.normals.get_mut(vertex) {
+            *normal = (cofactors(linear) * Vec3A::from(*normal)).into();
+        }
+        if let Some(tangent) = mesh.tangents.get_mut(vertex) {
+            *tangent = Vec3::from(linear * Vec3A::from(tangent.truncate())).extend(tangent.w);
+        }
+    }
+    Ok(())
+}
+
+/// What takes normals along, up to a length: the inverse transposed times the determinant, which also is where there is no
+/// inverse.
+fn cofactors(matrix: Mat3A) -> Mat3A {
+    let Mat3A { x_axis: x, y_axis: y, z_axis: z } = matrix;
+    let flip = if x.cross(y).dot(z) < 0.0 { -1.0 } else { 1.0 };
+    Mat3A::from_cols(y.cross(z) * flip, z.cross(x) * flip, x.cross(y) * flip)
+}
+
+/// Gives normals of no length, or of none that is a number, the direction of a triangle.
+fn mend_normals(mesh: &mut TriangleMesh) {
+    let is_sound = |normal: &Vec3| normal.is_finite() && normal.length_squared() > 1e-30;
+    let wrong: Vec<usize> = (0..mesh.normals.len()).filter(|&row| !is_sound(&mesh.normals[row])).collect();
+    if wrong.is_empty() {
+        return;
+    }
+    let mut of_triangles: BTreeMap<u32, Vec3> = BTreeMap::new();
+    for &corners in &mesh.triangles {
+        let [a, b, c] = corners.map(|corner| mesh.positions[corner as usize]);
+        let normal = (b - a).cross(c - a).normalize_or_zero();
+        for corner in corners {
+            *of_triangles.entry(corner).or_default() += normal;
+        }
+    }
+    for row in wrong {
+        let normal = of_triangles.get(&(row as u32)).copied().unwrap_or_default();
+        mesh.normals[row] = normal.try_normalize().unwrap_or(Vec3::Y);
+    }
+}

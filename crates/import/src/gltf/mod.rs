@@ -1,0 +1,163 @@
+//! glTF 2.0 files: [`container`] takes the file apart, [`document`] types and checks its JSON and reads its buffers,
+//! [`accessors`] reads numbers, [`nodes`] lists the entities with their [`meshes`], [`materials`], [`cameras`] and lights.
+//! [`extensions`] holds what extensions add.
+//!
+//! A broken file is one error, which names the place in the JSON. What is left out without harm is a warning. What is made of
+//! every extension, and of what the specification leaves open, is a note.
+
+mod accessors;
+mod animations;
+mod cameras;
+mod container;
+mod document;
+mod extensions;
+mod materials;
+mod meshes;
+mod nodes;
+mod skins;
+mod tangents;
+#[cfg(test)]
+mod testing;
+mod textures;
+mod validate;
+
+use std::path::Path;
+
+use brewster_world::components as world;
+use brewster_world::components::parts;
+
+use crate::diagnostics::{Code, Diagnostic, Severity};
+use crate::findings::Findings;
+use crate::scene::Scene;
+use crate::session::Session;
+use crate::source::{Source, Span};
+use crate::{LoadOptions, view};
+
+use document::Document;
+
+/// Which of the things that a glTF file offers are taken.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct GltfChoices {
+    /// The scene, by name or number; the file's default one, otherwise its first.
+    pub scene: Option<String>,
+    /// The variant of the materials, by name or number; none for the default materials.
+    pub variant: Option<String>,
+    /// The animation, by name or number, or `all`; the first.
+    pub animation: Option<String>,
+    /// The moment of the animation in seconds; none for the pose that the nodes have without it.
+    pub time: Option<f32>,
+}
+
+/// A result, or what is wrong with the file.
+type Found<T> = Result<T, Box<Diagnostic>>;
+
+/// An error at a place of the JSON.
+fn broken(path: impl Into<String>, message: impl Into<String>) -> Diagnostic {
+    Diagnostic::about_path(Severity::Error, Code::Gltf, path, message)
+}
+
+/// Collects what there is to say about the file beside errors.
+struct Reporter {
+    file: String,
+    said: Vec<Diagnostic>,
+}
+
+impl Reporter {
+    fn warn(&mut self, code: Code, path: impl Into<String>, message: impl Into<String>) {
+        self.say(Severity::Warning, code, path, message);
+    }
+
+    fn note(&mut self, code: Code, path: impl Into<String>, message: impl Into<String>) {
+        self.say(Severity::Note, code, path, message);
+    }
+
+    /// Says something, the same about many places once.
+    fn say(&mut self, severity: Severity, code: Code, path: impl Into<String>, message: impl Into<String>) {
+        let message = message.into();
+        if !self.said.iter().any(|said| said.message == message) {
+            self.said.push(Diagnostic::about_path(severity, code, path, message).in_file(self.file.clone()));
+        }
+    }
+
+    /// Says what was an error elsewhere.
+    fn say_as(&mut self, severity: Severity, problem: Diagnostic) {
+        self.said.push(Diagnostic { severity, ..problem.in_file(self.file.clone()) });
+    }
+
+    fn finish(self, found: &mut Findings) {
+        self.said.into_iter().for_each(|diagnostic| found.push(diagnostic));
+    }
+}
+
+/// Whether a file of that name is for this importer.
+pub(crate) fn is_gltf(path: &Path) -> bool {
+    path.extension()
+        .is_some_and(|extension| extension.eq_ignore_ascii_case("gltf") || extension.eq_ignore_ascii_case("glb"))
+}
+
+/// The scene in a file, or `None` after an error.
+pub(crate) fn load(session: &mut Session, path: &Path, options: &LoadOptions) -> Option<Scene> {
+    let bytes = session.read_gltf(path)?;
+    let mut reporter = Reporter { file: path.to_string_lossy().into_owned(), said: Vec::new() };
+    let scene = read(session, &mut reporter, path, &bytes, options);
+    let file = reporter.file.clone();
+    reporter.finish(&mut session.found);
+    scene.map_err(|error| session.found.push(error.in_file(file))).ok().flatten()
+}
+
+fn read(
+    session: &mut Session,
+    reporter: &mut Reporter,
+    path: &Path,
+    bytes: &[u8],
+    options: &LoadOptions,
+) -> Found<Option<Scene>> {
+    if let Some((path, _)) = options.overrides.first() {
+        let problem = broken("", format!("there is no {path:?} to set: values of glTF files cannot be overridden"));
+        return Err(problem.expected("a scene in RON").into());
+    }
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let folder = folder.canonicalize().unwrap_or_else(|_| folder.to_path_buf());
+    let mut document = Document::open(session, reporter, bytes, &folder)?;
+    animations::pose(&mut document, reporter, &options.gltf)?;
+    let name = reporter.file.clone();
+    let source = session.sources.add(Source { name, folder, text: String::new() });
+    let source = source.ok_or_else(|| broken("", "too many files"))?;
+    let rows = nodes::read(session, reporter, &document, &options.gltf, source)?;
+    let is_dark = !rows.iter().any(|row| row.light.is_some());
+    let mut scene = Scene { settings: world::Settings(settings()), background: world::Background::default(), rows };
+    if is_dark && options.view.environment.is_none() {
+        let Some(studio) = view::studio(session) else { return Ok(None) };
+        scene.background.0 = studio;
+        scene.settings.0.backdrop = parts::Backdrop::Other(view::PAPER);
+        reporter.note(Code::Decision, "", "the file has no lights: a studio lights it");
+    }
+    let span = Span { source, start: 0, end: 0 };
+    Ok(view::apply(session, &mut scene, &options.view, span).map(|()| scene))
+}
+
+/// The settings of files that have none.
+fn settings() -> parts::Settings {
+    parts::Settings {
+        integrator: parts::Integrator::Path,
+        max_depth: 12,
+        samples: 64,
+        tone_mapping: parts::ToneMapping::PbrNeutral,
+        ..Default::default()
+    }
+}
+
+/// The row of a list that a name or a number means.
+fn choose<'n>(chosen: &str, names: impl Iterator<Item = Option<&'n str>>, what: &str) -> Found<usize> {
+    let names: Vec<Option<&str>> = names.collect();
+    let by_name = names.iter().position(|name| *name == Some(chosen));
+    let by_number = || chosen.parse::<usize>().ok().filter(|&number| number < names.len());
+    by_name.or_else(by_number).ok_or_else(|| {
+        let problem = broken("", format!("the file has no {what} {chosen:?}"));
+        let numbers = match names.len() {
+            0 => format!("the file has no {what} at all"),
+            count => format!("a name, or a number from 0 to {}", count - 1),
+        };
+        Box::new(problem.expected(numbers).nearest_name(chosen, names.into_iter().flatten()))
+    })
+}

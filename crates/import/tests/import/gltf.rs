@@ -1,0 +1,244 @@
+//! glTF files become the entities that the specification says; broken ones are refused with the place in their JSON.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use bevy_ecs::hierarchy::ChildOf;
+use bevy_ecs::name::Name;
+use bevy_ecs::world::World;
+use brewster_import::{GltfChoices, LoadOptions, Loaded, Severity, load_scene};
+use brewster_world::components::parts::TriangleMesh;
+use brewster_world::components::{Camera, Projection, Shape, Transform};
+use glam::{Affine3A, Vec3};
+
+fn folder() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/gltf")
+}
+
+fn model(name: &str) -> PathBuf {
+    folder().join("models").join(name)
+}
+
+fn load(name: &str, gltf: GltfChoices) -> Loaded {
+    load_scene(&model(name), &LoadOptions { gltf, ..LoadOptions::default() })
+        .unwrap_or_else(|failure| panic!("{name}: {failure}"))
+}
+
+/// The meshes of a file with their places in the world, in the order of their keys.
+fn meshes(loaded: &Loaded) -> Vec<(Affine3A, Arc<TriangleMesh>)> {
+    let mut world = World::new();
+    loaded.scene.apply(&mut world);
+    let mut found = Vec::new();
+    let mut query = world.query::<(bevy_ecs::entity::Entity, &Shape, &brewster_world::components::SceneKey)>();
+    for (entity, shape, key) in query.iter(&world) {
+        let Shape::Mesh(mesh) = shape else { continue };
+        let (mut place, mut at) = (Affine3A::IDENTITY, Some(entity));
+        while let Some(entity) = at {
+            place = world.get::<Transform>(entity).expect("a place").0 * place;
+            at = world.get::<ChildOf>(entity).map(ChildOf::parent);
+        }
+        found.push((key.0, place, Arc::clone(mesh)));
+    }
+    found.sort_by_key(|row| row.0);
+    found.into_iter().map(|(_, place, mesh)| (place, mesh)).collect()
+}
+
+fn close(found: &[Vec3], expected: &[Vec3]) -> bool {
+    found.len() == expected.len() && found.iter().zip(expected).all(|(a, b)| a.distance(*b) < 1e-4)
+}
+
+/// The corners of all triangles, in their order.
+fn corners(mesh: &TriangleMesh) -> Vec<Vec3> {
+    mesh.triangles.as_flattened().iter().map(|&corner| mesh.positions[corner as usize]).collect()
+}
+
+#[test]
+fn a_box_is_a_box_however_it_is_stored() {
+    // The file's node turns what is modeled with Z up: 12 triangles, 24 vertices of a cube of side 1.
+    for name in ["Box/glTF-Binary/Box.glb", "BoxInterleaved/glTF-Binary/BoxInterleaved.glb", "Box/glTF-Draco/Box.gltf"]
+    {
+        let found = meshes(&load(name, GltfChoices::default()));
+        let [(_, mesh)] = &found[..] else { panic!("{name}: {} meshes", found.len()) };
+        assert_eq!((mesh.triangles.len(), mesh.positions.len(), mesh.normals.len()), (12, 24, 24), "{name}");
+        assert!(mesh.positions.iter().all(|p| p.abs().distance(Vec3::splat(0.5)) < 1e-3), "{name}");
+        for (triangle, corners) in mesh.triangles.iter().enumerate() {
+            let [a, b, c] = mesh.corners(triangle);
+            let facing = (b - a).cross(c - a).dot(mesh.normals[corners[0] as usize]);
+            assert!(facing > 0.0, "{name}: triangle {triangle} faces in");
+        }
+    }
+    let spaced = load("Box With Spaces/glTF/Box With Spaces.gltf", GltfChoices::default());
+    assert_eq!(meshes(&spaced)[0].1.triangles.len(), 12);
+    assert!(spaced.dependencies.iter().any(|path| path.ends_with("Normal Map.png")), "{:?}", spaced.dependencies);
+}
+
+#[test]
+fn every_mode_with_area_gives_the_same_square() {
+    let loaded = load("MeshPrimitiveModes/glTF/MeshPrimitiveModes.gltf", GltfChoices::default());
+    let found = meshes(&loaded);
+    let warned: Vec<_> = loaded.diagnostics.iter().filter(|found| found.severity == Severity::Warning).collect();
+    assert_eq!(warned.len(), 2, "points and lines: {warned:?}");
+    assert!(!found.is_empty());
+    for (_, mesh) in found {
+        // A square, seen from +Z.
+        let area = (0..mesh.triangles.len()).map(|triangle| {
+            let [a, b, c] = mesh.corners(triangle);
+            0.5 * (b - a).cross(c - a).z
+        });
+        let areas: Vec<f32> = area.collect();
+        assert!(areas.iter().all(|&area| area > 0.0), "all face one way: {areas:?}");
+    }
+}
+
+#[test]
+fn shared_meshes_and_instances_are_one_in_memory() {
+    let found = meshes(&load("SimpleInstancing/glTF-Binary/SimpleInstancing.glb", GltfChoices::default()));
+    assert_eq!(found.len(), 125, "five times five times five");
+    assert!(found.iter().all(|(_, mesh)| Arc::ptr_eq(mesh, &found[0].1)));
+}
+
+#[test]
+fn scenes_are_chosen_by_number_and_the_default_is_the_files() {
+    let of = |scene: Option<&str>| {
+        let choices = GltfChoices { scene: scene.map(str::to_owned), ..GltfChoices::default() };
+        meshes(&load("MultipleScenes/glTF/MultipleScenes.gltf", choices))[0].1.triangles.len()
+    };
+    assert_eq!((of(Some("0")), of(Some("1")), of(None)), (1, 2, 2));
+    let options =
+        LoadOptions { gltf: GltfChoices { scene: Some("7".into()), ..Default::default() }, ..Default::default() };
+    let failure = load_scene(&model("MultipleScenes/glTF/MultipleScenes.gltf"), &options).expect_err("there are two");
+    assert!(failure.to_string().contains("a name, or a number from 0 to 1"), "{failure}");
+}
+
+#[test]
+fn cameras_have_their_lenses_and_show_their_frames_whole() {
+    let loaded = load("Cameras/glTF/Cameras.gltf", GltfChoices::default());
+    let mut world = World::new();
+    loaded.scene.apply(&mut world);
+    let cameras: Vec<Projection> = world.query::<&Camera>().iter(&world).map(|camera| camera.projection).collect();
+    // The file: yfov 0.7, aspect 1; xmag = ymag = 1.
+    assert!(cameras.contains(&Projection::Perspective { vfov: 0.7 }), "{cameras:?}");
+    assert!(cameras.contains(&Projection::Orthographic { height: 2.0 }), "{cameras:?}");
+}
+
+#[test]
+fn sparse_accessors_move_their_vertices() {
+    let found = meshes(&load("SimpleSparseAccessor/glTF/SimpleSparseAccessor.gltf", GltfChoices::default()));
+    // The file's base is two rows of seven points; 8, 10 and 12 are lifted to y = 2, 3 and 4.
+    let raised: Vec<f32> = [8, 10, 12].map(|vertex| found[0].1.positions[vertex].y).to_vec();
+    assert_eq!(raised, [2.0, 3.0, 4.0]);
+}
+
+#[test]
+fn morph_targets_and_skins_follow_the_animation() {
+    let at = |name: &str, time| load(name, GltfChoices { time, ..GltfChoices::default() });
+    // SimpleMorph: a triangle; targets lift its top by (-1, 1, 0) and (1, 1, 0). At one second the weights are (0, 1)
+    // in a linear animation over (0,0), (0,1), (1,1), (1,0), (0,0), one key a second.
+    let triangle = |time| meshes(&at("SimpleMorph/glTF/SimpleMorph.gltf", time))[0].1.positions.clone();
+    let base = [Vec3::ZERO, Vec3::X, Vec3::new(0.5, 0.5, 0.0)];
+    let rest = triangle(Some(0.0));
+    assert!(close(&rest, &base), "{rest:?}");
+    let (first, second) = (triangle(Some(1.0)), triangle(Some(3.0)));
+    assert!(first[2].distance(base[2] + Vec3::new(1.0, 1.0, 0.0)) < 1e-4, "{first:?}");
+    assert!(second[2].distance(base[2] + Vec3::new(-1.0, 1.0, 0.0)) < 1e-4, "{second:?}");
+    // SimpleSkin: a strip of width 1 from y = 0 to 2, bent at y = 1 by 90 degrees at its first second... and straight at rest.
+    let strip = |time| meshes(&at("SimpleSkin/glTF/SimpleSkin.gltf", time))[0].1.positions.clone();
+    let straight = strip(None);
+    let bent = strip(Some(1.0));
+    assert!(close(&bent[..2], &straight[..2]), "the foot stands");
+    assert!(bent[9].distance(straight[9]) > 0.5, "the end moves: {} to {}", straight[9], bent[9]);
+    assert!((bent[9].distance(bent[8]) - straight[9].distance(straight[8])).abs() < 1e-4, "turns keep lengths");
+}
+
+#[test]
+fn a_compressed_fox_is_the_fox() {
+    let fox = |name: &str| {
+        let loaded =
+            load(name, GltfChoices { time: Some(0.5), animation: Some("Walk".into()), ..GltfChoices::default() });
+        let found = meshes(&loaded);
+        let (place, mesh) = &found[0];
+        corners(mesh).iter().map(|corner| place.transform_point3(*corner)).collect::<Vec<Vec3>>()
+    };
+    let (plain, compressed) = (fox("Fox/glTF-Binary/Fox.glb"), fox("FoxMeshopt/Fox-meshopt-cc.glb"));
+    // The compressor orders triangles anew and keeps positions to 2^-14 of about 180 units: every corner has a near one.
+    assert_eq!(plain.len(), compressed.len());
+    let mean = |corners: &[Vec3]| corners.iter().sum::<Vec3>() / corners.len() as f32;
+    assert!(mean(&plain).distance(mean(&compressed)) < 0.2, "{} {}", mean(&plain), mean(&compressed));
+    let furthest =
+        |corners: &[Vec3], along: Vec3| corners.iter().map(|corner| corner.dot(along)).fold(f32::MIN, f32::max);
+    for along in [Vec3::X, Vec3::Y, Vec3::Z, Vec3::NEG_X, Vec3::NEG_Y, Vec3::NEG_Z] {
+        let (a, b) = (furthest(&plain, along), furthest(&compressed, along));
+        assert!((a - b).abs() < 0.5, "{along}: {a} {b}");
+    }
+}
+
+#[test]
+fn hidden_nodes_hide_what_is_below_them() {
+    let loaded = load("SuzanneNodeVisibility/SuzanneNodeVisibility.glb", GltfChoices::default());
+    assert_eq!(meshes(&loaded).len(), 1, "only the middle head");
+}
+
+#[test]
+fn names_of_nodes_are_names_of_entities() {
+    let loaded = load("Fox/glTF-Binary/Fox.glb", GltfChoices::default());
+    let mut world = World::new();
+    loaded.scene.apply(&mut world);
+    assert!(world.query::<&Name>().iter(&world).any(|name| name.as_str() == "fox"));
+}
+
+/// What the manifest expects of every broken file; and under every value no panic, no hang.
+#[test]
+fn broken_files_are_refused_with_their_place_or_load_with_a_warning() {
+    let root = folder().join("broken");
+    let manifest = std::fs::read_to_string(root.join("manifest.json")).expect("the manifest");
+    let manifest: serde_json::Value = serde_json::from_str(&manifest).expect("it is JSON");
+    let files = manifest.as_object().expect("an object");
+    assert_eq!(files.len(), 16);
+    for (name, about) in files {
+        let begin = Instant::now();
+        let result = load_scene(&root.join(name), &LoadOptions::default());
+        assert!(begin.elapsed() < Duration::from_secs(10), "{name} hangs");
+        match result {
+            Ok(loaded) => {
+                let warned = loaded.diagnostics.iter().any(|found| found.severity == Severity::Warning);
+                assert!(about["expect"] != "error" || warned, "{name} is taken for whole");
+            }
+            Err(failure) => {
+                assert_ne!(about["expect"], "load", "{name}: {failure}");
+                let said = failure.diagnostics.iter().find(|found| found.severity == Severity::Error);
+                assert!(said.is_some_and(|said| !said.message.is_empty()), "{name} says nothing");
+            }
+        }
+    }
+}
+
+#[test]
+fn errors_name_the_place_in_the_json() {
+    let broken = |name: &str| load_scene(&folder().join("broken").join(name), &LoadOptions::default()).expect_err(name);
+    for (name, path, part) in [
+        ("handmade/node_self_child.gltf", Some("nodes[0].children[0]"), "above itself"),
+        ("handmade/unknown_required_ext.gltf", Some("extensionsRequired[0]"), "is not known"),
+        ("handmade/cut_in_json.glb", None, "bytes"),
+    ] {
+        let failure = broken(name);
+        let said = &failure.diagnostics.iter().find(|said| said.severity == Severity::Error).expect("an error");
+        assert_eq!(said.path.as_deref(), path, "{name}: {failure}");
+        assert!(said.message.contains(part), "{name}: {failure}");
+    }
+}
+
+#[test]
+fn a_file_reads_nothing_outside_its_folder() {
+    let guard = tempfile::tempdir().expect("a folder");
+    let inner = guard.path().join("inner");
+    std::fs::create_dir(&inner).expect("a folder");
+    std::fs::write(guard.path().join("secret.bin"), [0; 64]).expect("a file");
+    for uri in ["../secret.bin", "%2e%2e/secret.bin", "/etc/passwd", "http://localhost/a.bin", "file:///etc/passwd"] {
+        let text = format!(r#"{{"asset":{{"version":"2.0"}},"buffers":[{{"byteLength":4,"uri":"{uri}"}}]}}"#);
+        let path = inner.join("a.gltf");
+        std::fs::write(&path, text).expect("a file");
+        let failure = load_scene(&path, &LoadOptions::default()).expect_err(uri);
+        assert_eq!(failure.diagnostics[0].path.as_deref(), Some("buffers[0].uri"), "{failure}");
+    }
+}
