@@ -241,12 +241,12 @@ pub(crate) const PAPER: Background =
 fn studio_radiance(direction: Vec3A) -> f32 {
     /// Where a light is, half its width in radians, and its radiance.
     const LIGHTS: [(Vec3A, f32, f32); 4] = [
-        (Vec3A::new(-0.62, 0.58, 0.53), 0.42, 5.0),
-        (Vec3A::new(0.87, 0.26, 0.42), 0.35, 1.8),
-        (Vec3A::new(0.35, 0.35, -0.87), 0.3, 3.0),
-        (Vec3A::new(0.0, 1.0, 0.0), 0.5, 1.5),
+        (Vec3A::new(-0.62, 0.58, 0.53), 0.42, 3.6),
+        (Vec3A::new(0.87, 0.26, 0.42), 0.35, 1.3),
+        (Vec3A::new(0.35, 0.35, -0.87), 0.3, 2.2),
+        (Vec3A::new(0.0, 1.0, 0.0), 0.5, 0.8),
     ];
-    let walls = 0.35 + 0.25 * direction.y;
+    let walls = 0.28 + 0.18 * direction.y;
     let lights = LIGHTS.iter().map(|&(place, width, radiance)| {
         let angle = math::acos(direction.dot(place.normalize()).clamp(-1.0, 1.0));
         let inside = ((width - angle) / (0.25 * width) + 0.5).clamp(0.0, 1.0);

@@ -186,7 +186,9 @@ fn render(folder: &Path, scenario: &Scenario, samples: u32) -> Result<LinearImag
     if render.film().rejected() > 0 {
         return Err(format!("{} contributions are no light", render.film().rejected()));
     }
-    Ok(render.film().resolve().image())
+    let image = render.film().resolve().image();
+    // Where the environment is to be seen, nothing is transparent.
+    Ok(if scenario.shows_environment { LinearImage { alpha: None, ..image } } else { image })
 }
 
 /// Display values.
