@@ -145,7 +145,12 @@ impl Reader<'_, '_> {
     fn normal(&mut self) -> Found<Option<NormalMap>> {
         let Some(map) = &self.material.normal_texture else { return Ok(None) };
         let path = format!("{}.normalTexture", self.path);
-        let info = Info { index: map.index.value(), tex_coord: map.tex_coord, extensions: others!(map).cloned() };
+        let info = Info {
+            index: map.index.value(),
+            tex_coord: map.tex_coord,
+            scale: map.scale,
+            extensions: others!(map).cloned(),
+        };
         let scale = if map.scale.is_finite() { map.scale } else { 1.0 };
         Ok(self.texture(&info, Encoding::Linear, &path)?.map(|texture| NormalMap { texture, scale }))
     }
@@ -215,5 +220,5 @@ fn tint(color: &mut Color) {
 
 /// A reference as the `gltf` crate has it.
 fn info(info: &texture::Info) -> Info {
-    Info { index: info.index.value(), tex_coord: info.tex_coord, extensions: others!(info).cloned() }
+    Info { index: info.index.value(), tex_coord: info.tex_coord, scale: 1.0, extensions: others!(info).cloned() }
 }

@@ -1,7 +1,7 @@
 //! `KHR_materials_clearcoat`: a layer of varnish.
 
-use brewster_world::components::Principled;
-use brewster_world::components::parts::Channel;
+use brewster_world::components::parts::{Channel, Encoding};
+use brewster_world::components::{NormalMap, Principled};
 use serde::Deserialize;
 
 use super::super::Found;
@@ -38,5 +38,10 @@ pub(in crate::gltf) fn apply(reader: &mut Reader, material: &mut Principled) -> 
     material.clearcoat = reader.scalar(unit(found.clearcoat_factor), weight, Channel::R, &at_weight)?;
     let factor = unit(found.clearcoat_roughness_factor);
     material.clearcoat_roughness = reader.scalar(factor, roughness, Channel::G, &at_roughness)?;
+    if let Some(info) = &found.clearcoat_normal_texture {
+        let texture = reader.texture(info, Encoding::Linear, &format!("{path}.clearcoatNormalTexture"))?;
+        material.clearcoat_normal =
+            texture.map(|texture| NormalMap { texture, scale: if info.scale.is_finite() { info.scale } else { 1.0 } });
+    }
     Ok(())
 }
