@@ -99,6 +99,33 @@ fn a_leaf_passes_on_what_it_does_not_reflect() {
     }
 }
 
+/// A smooth coat over black that is seen from straight above shows what lies 40° from the normal where its map says 20°, by
+/// Schlick's 0.04; what the surface's own map says is nothing to it.
+#[test]
+fn a_clearcoat_follows_its_own_map() {
+    let map = "Gradient(from: (0.5, 0.67101, 0.96985), to: (0.5, 0.67101, 0.96985))";
+    let coated = |more: &str| format!("Principled(base_color: 0, specular: 0, clearcoat: 1, {more})");
+    for (material, expected) in [
+        (coated(""), 0.0),
+        (coated(&format!("clearcoat_normal: {map}")), 4.0),
+        (format!("Detailed(of: {}, normal: {map})", coated("")), 0.0),
+        (format!("Detailed(of: {}, normal: {map})", coated(&format!("clearcoat_normal: {map}"))), 4.0),
+    ] {
+        let scene = parse(&format!(
+            "Scene(
+                settings: (integrator: Path, resolution: (2, 2), samples: 16384, max_depth: 2, filter: Box),
+                camera: Orthographic(eye: (0, 0, 4), height: 0.01),
+                entities: [
+                    (shape: Quad(), material: {material}),
+                    (shape: Sphere(radius: 1), material: Emissive(radiance: 100), at: (0, 6.42788, 7.66044)),
+                ],
+            )"
+        ));
+        let mean = picture(&scene).into_iter().map(|(_, color)| color).sum::<DVec3>() / 4.0;
+        assert!((mean - expected).abs().max_element() < 0.02, "{material}: {mean} instead of {expected}");
+    }
+}
+
 /// No number is lost at the ends of all ranges, and nothing shines that gets no light.
 #[test]
 fn the_ends_of_all_ranges_are_numbers() {

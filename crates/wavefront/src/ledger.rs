@@ -10,6 +10,8 @@
 //! What a surface absorbs is not what its sampler happens to lose: `absorbed` is what the theory expects, from the
 //! material's [tabulated albedo](crate::albedo). The sampler's deviation from it is `residual`, whose mean is zero if sampler
 //! and theory agree: [`Ledger::z`] says how far it is off, in standard errors. A sampler that loses energy shows there.
+//! Where no albedo is known (principled surfaces with more than one layer, rough glass among them, and coats over metal) the
+//! sampler is believed: such hits are absorbed as it says, have no residual and do not count for z.
 //!
 //! The squared ratio of indices, by which radiance changes at a boundary, is no energy and is not in weights.
 

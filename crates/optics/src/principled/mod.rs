@@ -26,12 +26,14 @@
 //! So the whole is reciprocal (but for diffuse light through boundaries; glass over the squared index) and makes no energy. Opaque facets are no narrower
 //! than [`SMOOTH_ALPHA`]: a mirror is a lobe like any other. Only the directions of smooth glass are singular.
 
+mod filmed;
 mod glass;
 
 pub use glass::Interface;
 
 use glam::{Vec2, Vec3};
 
+use self::filmed::Filmed;
 use self::glass::Glass;
 use crate::albedo_table;
 use crate::basis::Basis;
@@ -48,9 +50,6 @@ const CLEARCOAT_F0: f32 = 0.04;
 
 /// The versine of the cone that is a hemisphere.
 const HEMISPHERE: f32 = 1.0;
-
-/// A film's base reflects at most this along the normal: all would need an infinite index.
-const MOST_F0: f32 = 0.9999;
 
 /// The largest number below 1, for choices made twice with one number.
 const BELOW_ONE: f32 = 1.0 - f32::EPSILON / 2.0;
@@ -125,20 +124,6 @@ pub struct Principled {
     sheen_alpha: f32,
     /// Whether clearcoat and sheen lie on the other side.
     is_inside: bool,
-}
-
-/// The specular lobe under a film.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Filmed {
-    film: Film,
-    part: f32,
-    /// The weight of the dielectric in the lobe and in the layer over the diffuse base, and its index.
-    dielectric: Vec3,
-    layer: f32,
-    ior: f32,
-    /// The weight of the metal and its index.
-    metal: f32,
-    metal_ior: Vec3,
 }
 
 /// What the parts of a surface take of the light of one direction.
@@ -530,50 +515,6 @@ impl Glass {
             specular_color: parameters.specular_color,
             film: (iridescence > 0.0).then_some((film, iridescence)),
         }
-    }
-}
-
-impl Filmed {
-    #[inline(always)]
-    fn new(parameters: &Parameters, opaque: f32) -> Filmed {
-        let weight = parameters.specular_color.min(Vec3::ONE) * parameters.specular;
-        let root = |f0: f32| f0.min(MOST_F0).sqrt();
-        let Vec3 { x, y, z } = parameters.base_color;
-        let roots = Vec3::new(root(x), root(y), root(z));
-        let infinite = (1.0 + root(1.0)) / (1.0 - root(1.0));
-        Filmed {
-            film: parameters.film,
-            part: parameters.iridescence,
-            dielectric: weight * opaque,
-            layer: weight.max_element(),
-            ior: if parameters.ior >= 1.0 { parameters.ior } else { infinite },
-            metal: parameters.metallic,
-            metal_ior: (Vec3::ONE + roots) / (Vec3::ONE - roots),
-        }
-    }
-
-    #[inline(always)]
-    fn over_dielectric(&self, cosine: f32) -> Vec3 {
-        self.film.reflectance(cosine, 1.0, Vec3::splat(self.ior), Vec3::ZERO)
-    }
-
-    /// What facets reflect under the film, metal and dielectric by their weights.
-    #[inline(always)]
-    fn fresnel(&self, cosine: f32) -> Vec3 {
-        let mut color = Vec3::ZERO;
-        if self.dielectric != Vec3::ZERO {
-            color += self.over_dielectric(cosine) * self.dielectric;
-        }
-        if self.metal > 0.0 {
-            color += self.film.reflectance(cosine, 1.0, self.metal_ior, Vec3::ZERO) * self.metal;
-        }
-        color
-    }
-
-    /// What the film and the dielectric under it take of the diffuse base's light.
-    #[inline(always)]
-    fn layer(&self, cosine: f32) -> f32 {
-        if self.dielectric == Vec3::ZERO { 0.0 } else { (self.over_dielectric(cosine) * self.layer).max_element() }
     }
 }
 

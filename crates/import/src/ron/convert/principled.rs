@@ -19,6 +19,8 @@ pub(super) fn principled(session: &mut Session, material: &schema::Material, spa
         specular_color,
         clearcoat,
         clearcoat_roughness,
+        clearcoat_normal,
+        clearcoat_normal_scale,
         sheen_color,
         sheen_roughness,
         anisotropy,
@@ -43,7 +45,12 @@ pub(super) fn principled(session: &mut Session, material: &schema::Material, spa
         specular_color: paint(session, specular_color)?,
         clearcoat: part(session, clearcoat)?,
         clearcoat_roughness: part(session, clearcoat_roughness)?,
-        clearcoat_normal: None,
+        clearcoat_normal: match clearcoat_normal {
+            Some(texture) => {
+                Some(world::NormalMap { texture: data(session, texture)?, scale: *clearcoat_normal_scale })
+            }
+            None => None,
+        },
         sheen_color: paint(session, sheen_color)?,
         sheen_roughness: part(session, sheen_roughness)?,
         anisotropy: match anisotropy {

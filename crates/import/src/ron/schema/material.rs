@@ -121,6 +121,10 @@ schema! {
             clearcoat: Number where ZERO_TO_ONE = "0" => "1",
             /// How rough the coat is.
             clearcoat_roughness: Number where ZERO_TO_ONE = "0" => "0.2",
+            /// The map of the coat's normals, as that of a surface. The coat follows this one and no other.
+            clearcoat_normal: Option<Texture> => "Image(file: \"dents.png\")",
+            /// Factor of its slopes.
+            clearcoat_normal_scale: f32 = "1" => "0.5",
             /// Color of the sheen of cloth.
             sheen_color: Paint where ZERO_TO_ONE = "0" => "(0.3, 0.1, 0.4)",
             /// How rough the sheen is: rougher is broader.

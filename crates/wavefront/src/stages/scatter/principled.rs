@@ -36,9 +36,13 @@ impl Scatter for OnPrincipled {
             roughness * roughness
         };
         let (facets, direction) = facets(context, hit, sides.normal, &material, alpha(material.roughness));
-        let [thinnest, thickest] = material.iridescence_thickness;
-        let iridescence = if material.iridescence.is_zero() { 0.0 } else { part(material.iridescence) };
-        let thickness = thinnest + (thickest - thinnest) * part(material.iridescence_thickness_source);
+        let (iridescence, thickness) = if material.iridescence.is_zero() {
+            (0.0, 0.0)
+        } else {
+            let [thinnest, thickest] = material.iridescence_thickness;
+            let place = part(material.iridescence_thickness_source);
+            (part(material.iridescence), thinnest + (thickest - thinnest) * place)
+        };
         Principled::new(&Parameters {
             base_color: color(material.base_color).min(Vec3::ONE),
             metallic: part(material.metallic),
