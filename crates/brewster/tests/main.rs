@@ -3,6 +3,7 @@
 //! - `render_writes_pictures`: every format, option and error of `render`.
 //! - `stats_agree`: counts do not depend on threads or batches, and every field is documented.
 //! - `ctrl_c_saves`: an interrupted render, or one with a time limit, leaves what is finished.
+//! - `gltf_renders`: pictures of glTF files, views, frames, and the report.
 //! - `watch_follows_edits`: a preview follows its files and survives broken ones.
 //! - `check_tells`: what is wrong with a scene, as text and as JSON.
 //! - `fresnel_tabulates`: reflectance at known angles, and its plots.
@@ -17,6 +18,7 @@ mod door {
     #[cfg(unix)]
     mod ctrl_c_saves;
     mod fresnel_tabulates;
+    mod gltf_renders;
     mod render_writes_pictures;
     mod shells_are_served;
     mod stats_agree;

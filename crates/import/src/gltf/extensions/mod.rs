@@ -53,7 +53,7 @@ const READ: &[(&str, &str)] = &[
         "KHR_materials_volume",
         "rendered: light is traced through the inside, so that thickness only says that there is one",
     ),
-    ("KHR_materials_volume_scatter", "rendered"),
+    ("KHR_materials_volume_scatter", "left out: light passes through the inside without being scattered"),
     ("KHR_mesh_quantization", "decoded"),
     ("KHR_meshopt_compression", "decoded"),
     ("KHR_node_visibility", "hidden nodes are left out, with all below them"),
