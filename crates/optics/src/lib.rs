@@ -16,7 +16,7 @@
 //! | metals by color: F82-tint, edge tint | [`conductor`] |
 //! | plastic and car paint: a coat over diffuse, over metal | [`layered`] |
 //! | light of further facets, energy kept | [`multiple`] |
-//! | glTF's metallic-roughness material, with clearcoat and sheen | [`principled`] |
+//! | glTF's metallic-roughness material, with its extensions | [`principled`] |
 //! | velvet: the sheen of cloth | [`sheen`] |
 //! | what a rough surface reflects in all: by theory, by table | [`albedo`], [`albedo_table`] |
 //! | the frame of a lobe, weights and densities | [`lobe`], [`basis`] |

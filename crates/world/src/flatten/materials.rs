@@ -381,25 +381,7 @@ fn check(material: &Material) -> Result<(), &'static str> {
             [(is_part(roughness), "a roughness must be 0 to 1"), SOUND, SOUND, SOUND]
         }
         Material::Metal { ref reflectance, fresnel, exponent, alpha, .. } => {
-            let (reflectance_is_sound, has_index) = match *reflectance {
-                Reflectance::Normal { ref r0, f82 } => (are_parts(r0.factor()) && are_parts(f82), false),
-                Reflectance::EdgeTint { r0, edge_tint } => (are_parts(r0) && are_parts(edge_tint), true),
-                Reflectance::Index { eta, k } => {
-                    let finite = eta.is_finite() && k.is_finite();
-                    (finite && eta.min_element() > 0.0 && k.min_element() >= 0.0, true)
-                }
-            };
-            let model_is_sound = match fresnel {
-                FresnelModel::Exact => has_index,
-                FresnelModel::Schlick => true,
-                FresnelModel::SchlickThetaM => false,
-            };
-            [
-                (exponent_is_sound(exponent), EXPONENT),
-                (reflectance_is_sound, "a metal's colors must be 0 to 1, its eta above 0, its k at least 0"),
-                (model_is_sound, "a metal's Fresnel model must be Schlick, or with an index Exact"),
-                (is_part(alpha), ALPHA),
-            ]
+            metal_rules(reflectance, fresnel, exponent_is_sound(exponent), alpha)
         }
         Material::Dielectric { ior, exponent, absorption, alpha, .. } => [
             (exponent_is_sound(exponent), EXPONENT),
@@ -435,6 +417,34 @@ fn levels(material: &Material) -> usize {
 
 /// Mixes that may be in each other.
 const LEVELS: usize = 8;
+
+/// What must hold for a metal.
+fn metal_rules(
+    reflectance: &Reflectance,
+    fresnel: FresnelModel,
+    exponent_is_sound: bool,
+    alpha: f32,
+) -> [(bool, &'static str); 4] {
+    let (reflectance_is_sound, has_index) = match *reflectance {
+        Reflectance::Normal { ref r0, f82 } => (are_parts(r0.factor()) && are_parts(f82), false),
+        Reflectance::EdgeTint { r0, edge_tint } => (are_parts(r0) && are_parts(edge_tint), true),
+        Reflectance::Index { eta, k } => {
+            let finite = eta.is_finite() && k.is_finite();
+            (finite && eta.min_element() > 0.0 && k.min_element() >= 0.0, true)
+        }
+    };
+    let model_is_sound = match fresnel {
+        FresnelModel::Exact => has_index,
+        FresnelModel::Schlick => true,
+        FresnelModel::SchlickThetaM => false,
+    };
+    [
+        (exponent_is_sound, EXPONENT),
+        (reflectance_is_sound, "a metal's colors must be 0 to 1, its eta above 0, its k at least 0"),
+        (model_is_sound, "a metal's Fresnel model must be Schlick, or with an index Exact"),
+        (is_part(alpha), ALPHA),
+    ]
+}
 
 const SOUND: (bool, &str) = (true, "");
 const EXPONENT: &str = "an exponent must be at least 0";
