@@ -10,6 +10,7 @@ use brewster_optics::dispersion::{Cauchy, DispersiveIndex};
 use brewster_optics::fresnel::FresnelModel;
 use brewster_optics::thin_film::Film;
 use brewster_world::Scene;
+use brewster_world::components::parts::Texture;
 use brewster_world::components::*;
 use glam::{Affine3A, Vec3};
 
@@ -288,4 +289,56 @@ fn keys_can_run_out() {
     let report = scene.flatten();
     assert!(report.invalid.iter().all(|invalid| invalid.entity == late), "{report}");
     assert_eq!((report.invalid.is_empty(), scene.buffers().instances.len()), (false, 1));
+}
+
+#[test]
+fn mixes_and_details_that_are_none_are_left_out() {
+    let mix = |a: &Material, b: &Material, by| Material::Mix {
+        a: Box::new(a.clone()),
+        b: Box::new(b.clone()),
+        by: Scalar::constant(by),
+    };
+    let glass = Material::Dielectric {
+        dispersion: None,
+        ior: 1.5,
+        fresnel: FresnelModel::Exact,
+        specular: Color::WHITE,
+        exponent: 1.0,
+        absorption: Vec3::ZERO,
+        priority: 0,
+        alpha: 0.0,
+        film: None,
+        thin: false,
+    };
+    let deep = (0..9).fold(GRAY, |inner, _| mix(&inner, &GRAY, 0.5));
+    for (material, expected) in [
+        (mix(&GRAY, &GRAY, 1.5), "a mix must be by 0 to 1"),
+        (mix(&GRAY, &glass, 0.5), "what has no inside"),
+        (mix(&GRAY, &Material::Lambert { albedo: Color::gray(-1.0) }, 0.5), "a color must be finite"),
+        (deep, "at most 8 deep"),
+    ] {
+        let (mut scene, entity) = check(expected, |scene| scene.spawn((BALL, material)).id());
+        *scene.world_mut().get_mut::<Material>(entity).unwrap() = mix(&mix(&GRAY, &GRAY, 0.0), &GRAY, 1.0);
+        let report = scene.flatten();
+        assert_eq!((report.instances.added, report.invalid.len()), (1, 0), "mended: {report}");
+    }
+    let veil = |factor| Opacity::Blend { alpha: Scalar::constant(factor) };
+    let checker = |size| Texture::Checker { a: Vec3::ZERO, b: Vec3::ONE, size };
+    for (detail, expected) in [
+        (Detail { opacity: veil(f32::NAN), ..Detail::default() }, "an opacity must be finite"),
+        (Detail { bump: Some(Scalar::constant(f32::INFINITY)), ..Detail::default() }, "a height"),
+        (Detail { normal: Some(NormalMap { texture: checker(0.0), scale: 1.0 }), ..Detail::default() }, "a texture"),
+        (
+            Detail { normal: Some(NormalMap { texture: checker(1.0), scale: f32::NAN }), ..Detail::default() },
+            "the scale",
+        ),
+    ] {
+        let (mut scene, entity) = check(expected, |scene| scene.spawn((BALL, GRAY, detail)).id());
+        *scene.world_mut().get_mut::<Detail>(entity).unwrap() = Detail { opacity: veil(0.5), ..Detail::default() };
+        let report = scene.flatten();
+        assert_eq!((report.instances.added, report.invalid.len()), (1, 0), "mended: {report}");
+        scene.world_mut().entity_mut(entity).remove::<Detail>();
+        scene.flatten();
+        assert!(scene.buffers().materials.details.is_empty());
+    }
 }

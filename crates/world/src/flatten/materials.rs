@@ -349,21 +349,7 @@ fn check(material: &Material) -> Result<(), &'static str> {
     let rules = match *material {
         Material::Phong { exponent, .. } => [(exponent_is_sound(exponent), EXPONENT), SOUND, SOUND, SOUND],
         Material::Principled(ref principled) => return principled::check(principled),
-        Material::Mix { ref a, ref b, ref by } => {
-            check(a)?;
-            check(b)?;
-            by.texture.as_ref().map_or(Ok(()), |(texture, _)| textures::check(texture))?;
-            let has_inside = |part: &Material| match part {
-                Material::Dielectric { thin, .. } => !thin,
-                _ => second_kind(part) == Some(MaterialKind::Dielectric),
-            };
-            [
-                (!has_inside(a) && !has_inside(b), "a mix must be of what has no inside"),
-                (levels(material) <= LEVELS, "mixes must be at most 8 deep"),
-                (is_part(by.factor), "a mix must be by 0 to 1"),
-                SOUND,
-            ]
-        }
+        Material::Mix { .. } => return check_mix(material),
         Material::Coated { ref base, ior, alpha, absorption, thickness } => {
             check(base)?;
             let is_base = matches!(**base, Material::Lambert { .. } | Material::Metal { .. });
@@ -405,6 +391,26 @@ fn check(material: &Material) -> Result<(), &'static str> {
         .into_iter()
         .chain([(film_is_sound, FILM), (dispersion_is_sound, DISPERSION)])
         .try_for_each(|(holds, rule)| if holds { Ok(()) } else { Err(rule) })
+}
+
+/// Checks a mix and what it is of.
+fn check_mix(material: &Material) -> Result<(), &'static str> {
+    let Material::Mix { a, b, by } = material else { return Ok(()) };
+    if levels(material) > LEVELS {
+        return Err("mixes must be at most 8 deep");
+    }
+    for part in [a, b] {
+        check(part)?;
+        let has_inside = match **part {
+            Material::Dielectric { thin, .. } => !thin,
+            _ => second_kind(part) == Some(MaterialKind::Dielectric),
+        };
+        if has_inside {
+            return Err("a mix must be of what has no inside");
+        }
+    }
+    by.texture.as_ref().map_or(Ok(()), |(texture, _)| textures::check(texture))?;
+    if is_part(by.factor) { Ok(()) } else { Err("a mix must be by 0 to 1") }
 }
 
 /// How many mixes are in each other.
