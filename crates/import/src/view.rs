@@ -56,6 +56,9 @@ const DIRECTION: [f32; 2] = [0.5, 1.3];
 /// The part of the picture that the scene may fill in that camera.
 const FILL: f32 = 0.9;
 
+/// About as many vertices of a mesh are looked at.
+const LOOKED_AT: usize = 20_000;
+
 /// Gives a scene the cameras and surroundings that are asked for. `None` after an error.
 pub(crate) fn apply(session: &mut Session, scene: &mut Scene, view: &ViewChoices, span: Span) -> Option<()> {
     if let Some(choice) = &view.environment {
@@ -141,11 +144,11 @@ fn distance(corners: &[Vec3], target: Vec3, back: Vec3, up: Vec3, vfov: f32, siz
     if needed > 0.0 { needed } else { 5.0 }
 }
 
-/// The corners of boxes around all shapes but planes without end.
+/// Vertices of meshes, and corners of boxes around all other shapes but planes without end.
 fn corners(rows: &[Row]) -> Vec<Vec3> {
     let (places, _) = world_transforms(rows);
     let shapes = rows.iter().zip(places).filter(|(row, _)| row.transform.is_some());
-    let boxes = shapes.filter_map(|(row, place)| {
+    let points = shapes.filter_map(|(row, place)| {
         let shape = match &row.shape {
             crate::scene::Part::None => return None,
             crate::scene::Part::Own(shape) => shape,
@@ -154,23 +157,26 @@ fn corners(rows: &[Row]) -> Vec<Vec3> {
                 _ => return None,
             },
         };
-        let (least, most) = bounds(shape)?;
-        Some((0..8).map(move |corner| {
-            let choose = |axis: usize| if corner >> axis & 1 == 0 { least[axis] } else { most[axis] };
-            place.transform_point3(Vec3::new(choose(0), choose(1), choose(2)))
-        }))
+        let points = match &**shape {
+            world::Shape::Mesh(mesh) => {
+                mesh.positions.iter().step_by(1 + mesh.positions.len() / LOOKED_AT).copied().collect()
+            }
+            _ => box_corners(bounds(shape)?),
+        };
+        Some(points.into_iter().map(move |point: Vec3| place.transform_point3(point)))
     });
-    boxes.flatten().collect()
+    points.flatten().collect()
 }
 
-/// A box around a shape in its own space.
-fn bounds(shape: &world::Shape) -> Option<(Vec3, Vec3)> {
+fn box_corners(half: Vec3) -> Vec<Vec3> {
+    let sign = |corner: u32, axis: u32| if corner >> axis & 1 == 0 { -1.0 } else { 1.0 };
+    (0..8).map(|corner| half * Vec3::new(sign(corner, 0), sign(corner, 1), sign(corner, 2))).collect()
+}
+
+/// Half the box around a shape in its own space, for shapes that have a formula and an end.
+fn bounds(shape: &world::Shape) -> Option<Vec3> {
     let half = match shape {
-        world::Shape::Plane => return None,
-        world::Shape::Mesh(mesh) => {
-            let bounds = mesh.bounds();
-            return Some((bounds.min, bounds.max));
-        }
+        world::Shape::Plane | world::Shape::Mesh(_) => return None,
         world::Shape::Sphere { radius } => Vec3::splat(*radius),
         world::Shape::Quad { size } => (0.5 * *size).extend(0.0),
         world::Shape::Disk { radius, .. } => Vec3::new(*radius, *radius, 0.0),
@@ -183,7 +189,7 @@ fn bounds(shape: &world::Shape) -> Option<(Vec3, Vec3)> {
             Vec3::new(radius, *minor_radius, radius)
         }
     };
-    Some((-half, half))
+    Some(half)
 }
 
 /// The sky in a file that the one who asks named: it may lie anywhere.
