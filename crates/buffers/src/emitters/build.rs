@@ -12,7 +12,7 @@ use glam::Vec3;
 use super::choice::{LightChoice, Source};
 use super::cone::Cone;
 use super::mesh::{Extent, MeshEmitter, extent_of_mesh};
-use super::rectangle::SeenRectangle;
+use super::rectangle::Rectangle;
 use super::tree::LightBounds;
 use super::{Emitter, Emitters, Placing};
 use crate::{ColorSource, Emissive, Instance, Light, LightKind, SceneBuffers, TextureId};
@@ -141,8 +141,15 @@ impl Gathered<'_> {
             (ShapeKind::Sphere, Some(scale)) => {
                 Placing::Cone { radius: scale * f64::from(self.scene.shapes.spheres[shape.row as usize].radius) }
             }
-            (ShapeKind::Quad, _) if SeenRectangle::is_one(&self.scene.shapes.quads[shape.row as usize], to_world) => {
-                Placing::Rectangle { area }
+            (ShapeKind::Quad, _) => {
+                match Rectangle::new(&self.scene.shapes.quads[shape.row as usize], to_world, area) {
+                    Some(rectangle) => {
+                        let rectangles = &mut self.emitters.rectangles;
+                        rectangles.push(rectangle);
+                        Placing::Rectangle { row: rectangles.len() as u32 - 1 }
+                    }
+                    None => Placing::Area { area },
+                }
             }
             _ => Placing::Area { area },
         };

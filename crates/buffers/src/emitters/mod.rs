@@ -30,7 +30,7 @@ use crate::{ColorSource, LightSample, SceneBuffers};
 
 use self::choice::LightChoice;
 use self::mesh::MeshEmitter;
-use self::rectangle::SeenRectangle;
+use self::rectangle::{Rectangle, SeenRectangle};
 use self::sphere::PlacedSphere;
 
 columns! {
@@ -55,10 +55,10 @@ pub enum Placing {
         /// The radius in meters.
         radius: f64,
     },
-    /// By direction where it looks large, otherwise by area: a rectangle of this area in object space.
+    /// By direction where it looks large, otherwise by area: a rectangle.
     Rectangle {
-        /// The area.
-        area: f64,
+        /// Its row among emissive rectangles.
+        row: u32,
     },
     /// Evenly over an analytic shape of this area in object space.
     Area {
@@ -79,6 +79,8 @@ pub struct Emitters {
     rows: EmitterColumns,
     /// Meshes that are emissive somewhere.
     meshes: Vec<Arc<MeshEmitter>>,
+    /// Emissive rectangles in world space.
+    rectangles: Vec<Rectangle>,
     /// Rows of lights that shine: what a choice beyond the emitters means.
     lights: Vec<u32>,
     choice: LightChoice,
@@ -158,10 +160,10 @@ impl SceneBuffers {
         let to_world = &self.instances.view().object_to_world[instance as usize];
         let density = match rows.placing[row] {
             Placing::Cone { radius } => PlacedSphere::new(to_world, radius).pdf(origin, rows.two_sided[row]),
-            Placing::Rectangle { area } => {
-                let quad = &self.shapes.quads[self.instances.view().shape[instance as usize].row as usize];
-                SeenRectangle::new(quad, to_world, origin).map_or_else(
-                    || per_solid_angle(to_world, hit.geometric_normal, squared, cosine) / area,
+            Placing::Rectangle { row } => {
+                let rectangle = &emitters.rectangles[row as usize];
+                SeenRectangle::new(rectangle, origin).map_or_else(
+                    || per_solid_angle(to_world, hit.geometric_normal, squared, cosine) / rectangle.area,
                     |seen| seen.pdf(),
                 )
             }
@@ -197,13 +199,14 @@ impl SceneBuffers {
                 let surface = seen(&AreaSample::on(sphere, (to_object.vector(normal).as_dvec3(), 0)));
                 (surface, 0, direction, density)
             }
-            Placing::Rectangle { area } => {
+            Placing::Rectangle { row } => {
+                let rectangle = &self.emitters.rectangles[row as usize];
+                let seen_rectangle = SeenRectangle::new(rectangle, point);
+                let place = seen_rectangle.as_ref().map_or(place, |seen| seen.sample(place));
                 let quad = &self.shapes.quads[shape.row as usize];
-                let rectangle = SeenRectangle::new(quad, to_world, point);
-                let place = rectangle.as_ref().map_or(place, |rectangle| rectangle.sample(place));
                 let surface = seen(&AreaSample::on(quad, quad.spread(place)));
                 let (direction, factor) = toward(point, to_world, &surface, two_sided)?;
-                (surface, 0, direction, rectangle.map_or(factor / area, |rectangle| rectangle.pdf()))
+                (surface, 0, direction, seen_rectangle.map_or(factor / rectangle.area, |seen| seen.pdf()))
             }
             Placing::Area { area } => {
                 let drawn = self.shapes.sample_area(shape, place)?;

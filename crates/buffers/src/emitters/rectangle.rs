@@ -7,7 +7,34 @@ use std::f64::consts::TAU;
 
 use brewster_geometry::{Affine, Quad};
 use brewster_lanes::math;
-use glam::{DVec3, Vec3};
+use glam::{DVec2, DVec3, Vec3};
+
+/// A rectangle in world space.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Rectangle {
+    /// Directions of the edges, and the normal.
+    axes: [DVec3; 3],
+    center: DVec3,
+    /// Half of the edges' lengths, and 0.
+    half: DVec3,
+    /// Its area in object space.
+    pub(super) area: f64,
+}
+
+impl Rectangle {
+    /// A mapped quad, if its edges still are at right angles. `area` is that in object space.
+    pub(super) fn new(quad: &Quad, to_world: &Affine, area: f64) -> Option<Rectangle> {
+        let edge = |axis: usize, half: f32| {
+            let edge = DVec3::from_array(to_world.rows.map(|row| f64::from(row[axis]))) * f64::from(2.0 * half);
+            let length = edge.length();
+            (edge / length, length)
+        };
+        let [(x, width), (y, height)] = [edge(0, quad.half.x), edge(1, quad.half.y)];
+        let center = DVec3::from_array(to_world.rows.map(|row| f64::from(row[3])));
+        let half = DVec3::new(0.5 * width, 0.5 * height, 0.0);
+        (x.dot(y).abs() <= 2e-6).then_some(Rectangle { axes: [x, y, x.cross(y)], center, half, area })
+    }
+}
 
 /// A rectangle as a point sees it: the point is the origin, the rectangle lies across z at z < 0, along x and y.
 pub(super) struct SeenRectangle {
@@ -24,31 +51,13 @@ pub(super) struct SeenRectangle {
 const SMALL: f64 = 0.05;
 
 impl SeenRectangle {
-    /// The axes of a mapped rectangle and its lengths along them, if they are at right angles.
-    #[inline(always)]
-    fn axes(quad: &Quad, to_world: &Affine) -> Option<[(DVec3, f64); 2]> {
-        let edge = |axis: usize, half: f32| {
-            let edge = DVec3::from_array(to_world.rows.map(|row| f64::from(row[axis]))) * f64::from(2.0 * half);
-            let length = edge.length();
-            (edge / length, length)
-        };
-        let [x, y] = [edge(0, quad.half.x), edge(1, quad.half.y)];
-        (x.0.dot(y.0).abs() <= 2e-6).then_some([x, y])
-    }
-
-    /// Whether a mapped rectangle is one.
-    pub(super) fn is_one(quad: &Quad, to_world: &Affine) -> bool {
-        SeenRectangle::axes(quad, to_world).is_some()
-    }
-
     /// A rectangle as a point sees it; none if it looks small.
     #[inline]
-    pub(super) fn new(quad: &Quad, to_world: &Affine, point: Vec3) -> Option<SeenRectangle> {
-        let [(x, width), (y, height)] = SeenRectangle::axes(quad, to_world)?;
-        let center = DVec3::from_array(to_world.rows.map(|row| f64::from(row[3]))) - point.as_dvec3();
-        let middle = DVec3::new(x.dot(center), y.dot(center), -x.cross(y).dot(center).abs());
-        let half = DVec3::new(0.5 * width, 0.5 * height, 0.0);
-        let (low, high) = (middle - half, middle + half);
+    pub(super) fn new(rectangle: &Rectangle, point: Vec3) -> Option<SeenRectangle> {
+        let center = rectangle.center - point.as_dvec3();
+        let [x, y, z] = rectangle.axes.map(|axis| axis.dot(center));
+        let middle = DVec3::new(x, y, -z.abs());
+        let (low, high) = (middle - rectangle.half, middle + rectangle.half);
         let squared_z = low.z * low.z;
         // The planes through the point and the edges: below, at the right, above, at the left. The z component of a normal, and
         // the square of the other one.
@@ -57,13 +66,19 @@ impl SeenRectangle {
             (across / squared.sqrt(), squared_z / squared)
         };
         let planes = [plane(-low.y), plane(high.x), plane(high.y), plane(-low.x)];
-        // The angle at the corner of two of them, by its sine too: near a right line its cosine says little.
+        // Cosine and sine of the angle at the corner of two of them; near a right line its cosine says little.
         let angle = |i: usize| {
             let ((a, rest_a), (b, rest_b)) = (planes[i], planes[(i + 1) % 4]);
-            f64::from(math::atan2((rest_a + rest_b - rest_a * rest_b).sqrt() as f32, (-a * b) as f32))
+            DVec2::new(-a * b, (rest_a + rest_b - rest_a * rest_b).sqrt())
         };
-        let start = TAU - angle(2) - angle(3);
-        let solid_angle = angle(0) + angle(1) - start;
+        // Two angles of no less than a right one each are told by one arc tangent.
+        let both = |a: DVec2, b: DVec2| {
+            let sum = a.rotate(b);
+            let angle = f64::from(math::atan2(sum.y as f32, sum.x as f32));
+            if angle < 0.0 { angle + TAU } else { angle }
+        };
+        let start = TAU - both(angle(2), angle(3));
+        let solid_angle = both(angle(0), angle(1)) - start;
         let planes = [planes[0].0, planes[2].0];
         (solid_angle > SMALL).then_some(SeenRectangle { low, high, planes, start, solid_angle })
     }
@@ -125,7 +140,8 @@ mod tests {
         ];
         let mut random = Random::new(9);
         for point in points {
-            let seen = SeenRectangle::new(&quad, &Affine::IDENTITY, point).expect("it looks large");
+            let rectangle = Rectangle::new(&quad, &Affine::IDENTITY, 2.4).expect("it is one");
+            let seen = SeenRectangle::new(&rectangle, point).expect("it looks large");
             let whole = solid_angle(&quad, [1.0, 1.0], point.as_dvec3());
             assert!((1.0 / seen.pdf() / whole - 1.0).abs() < 3e-5, "{point}: {}, not {whole}", 1.0 / seen.pdf());
             let mut counts = [0.0; 64];
@@ -144,10 +160,10 @@ mod tests {
     fn sheared_and_small_rectangles_are_left_to_others() {
         let quad = Quad { half: Vec2::ONE };
         let mut map = Affine::IDENTITY;
-        assert!(SeenRectangle::is_one(&quad, &map));
-        assert!(SeenRectangle::new(&quad, &map, Vec3::new(0.0, 0.0, 30.0)).is_none());
-        assert!(SeenRectangle::new(&quad, &map, Vec3::new(3.0, 0.0, 0.0)).is_none());
+        let rectangle = Rectangle::new(&quad, &map, 4.0).expect("it is one");
+        assert!(SeenRectangle::new(&rectangle, Vec3::new(0.0, 0.0, 30.0)).is_none());
+        assert!(SeenRectangle::new(&rectangle, Vec3::new(3.0, 0.0, 0.0)).is_none());
         map.rows[0][1] = 0.2;
-        assert!(!SeenRectangle::is_one(&quad, &map));
+        assert!(Rectangle::new(&quad, &map, 4.0).is_none());
     }
 }
