@@ -32,7 +32,6 @@ const DISTRUSTED: &[(&str, &str, &str)] = &[
     ("*", "babylon", "a rasterizer"),
     ("TextureTransformTest", "three-gpu-pathtracer", "transforms in another order"),
     ("MultiUVTest", "vray", "one set of coordinates"),
-    ("TransmissionTest", "blender-cycles", "refracts in sheets"),
     ("TriangleWithoutIndices", "vray", "contradicts the file"),
     ("SimpleSkin", "*", "another pose"),
     ("Fox", "*", "another pose"),
