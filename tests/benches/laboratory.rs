@@ -136,7 +136,7 @@ fn ron(description: &Value, samples: u64) -> String {
     let environment = &description["environment"];
     let background = match environment["type"].as_str() {
         Some("constant") => written(&vector(&environment["radiance"])),
-        Some("map") => format!("Environment(file: {:?}, rows: Poles)", name(&environment["file"])),
+        Some("map") => format!("Environment(file: {:?}, rotation: -90, rows: Poles)", name(&environment["file"])),
         _ => "0".to_owned(),
     };
     let (camera, max_depth) = (&description["camera"], whole(&description["max_depth"]) - 1);
