@@ -237,16 +237,6 @@ dispatch! {
             [*first, *second] = sampler.pair(Stream { index, key }, dimension);
         }
     }
-
-    /// [`Sampler::four`] of every stream.
-    pub fn fours(sampler: &Sampler, streams: StreamsView<'_>, dimension: Dimension, out: [&mut [f32]; 4]) {
-        let sampler = *sampler;
-        let [first, second, third, fourth] = out;
-        let pairs = first.iter_mut().zip(second).zip(third.iter_mut().zip(fourth));
-        for ((&index, &key), ((first, second), (third, fourth))) in streams.index.iter().zip(streams.key).zip(pairs) {
-            [*first, *second, *third, *fourth] = sampler.four(Stream { index, key }, dimension);
-        }
-    }
 }
 
 /// A word as a number in 0 ≤ u < 1.
@@ -695,15 +685,14 @@ mod tests {
                 (0..1000).map(|i| sampler.stream(PixelKey::new(i % 31, i / 31), i % 11, i % 3)).collect();
             let dimension = Decision::Phase.at(7);
             for level in Level::available() {
-                let mut columns = [(); 7].map(|()| vec![0f32; streams.len()]);
-                let [a, b, c, d, e, f, g] = &mut columns;
+                let mut columns = [(); 3].map(|()| vec![0f32; streams.len()]);
+                let [a, b, c] = &mut columns;
                 ones(level, &sampler, streams.view(), dimension, a);
                 pairs(level, &sampler, streams.view(), dimension, b, c);
-                fours(level, &sampler, streams.view(), dimension, [d, e, f, g]);
                 let rows = (0..streams.len()).map(|i| columns.each_ref().map(|column| column[i]));
                 let expected = (0..streams.len()).map(|i| {
-                    let [x, y, z, w] = sampler.four(streams.get(i), dimension);
-                    [x, x, y, x, y, z, w]
+                    let [x, y, ..] = sampler.four(streams.get(i), dimension);
+                    [x, x, y]
                 });
                 assert!(rows.eq(expected), "{kind:?}, {level:?}");
             }

@@ -125,6 +125,21 @@ fn a_bad_shape_or_material_takes_the_place_of_a_good_one_of_another() {
     });
 }
 
+fn dielectric(ior: f32, absorption: f32, alpha: f32, dispersion: Option<DispersiveIndex>, thin: bool) -> Material {
+    Material::Dielectric {
+        ior,
+        dispersion,
+        fresnel: FresnelModel::Exact,
+        specular: Color::WHITE,
+        exponent: 1.0,
+        absorption: Vec3::splat(absorption),
+        priority: 0,
+        alpha,
+        film: None,
+        thin,
+    }
+}
+
 #[test]
 fn materials_that_are_none_are_left_out() {
     let metal = |reflectance, fresnel| Material::Metal {
@@ -157,29 +172,10 @@ fn materials_that_are_none_are_left_out() {
     let normal = |r0| Reflectance::Normal { r0: Color::gray(r0), f82: Vec3::ONE };
     let edge = |r0, tint| Reflectance::EdgeTint { r0: Vec3::splat(r0), edge_tint: Vec3::splat(tint) };
     let index = |eta, k| Reflectance::Index { eta: Vec3::splat(eta), k: Vec3::splat(k) };
-    let glass = |ior, absorption, alpha| Material::Dielectric {
-        dispersion: None,
-        ior,
-        fresnel: FresnelModel::Exact,
-        specular: Color::WHITE,
-        exponent: 1.0,
-        absorption: Vec3::splat(absorption),
-        priority: 0,
-        alpha,
-        film: None,
-        thin: false,
-    };
-    let dispersive = |b, thin| Material::Dielectric {
-        dispersion: Some(DispersiveIndex::Cauchy(Cauchy { a: 1.5, b, c: 0.0 })),
-        ior: 1.5,
-        fresnel: FresnelModel::Exact,
-        specular: Color::WHITE,
-        exponent: 1.0,
-        absorption: Vec3::ZERO,
-        priority: 0,
-        alpha: 0.0,
-        film: None,
-        thin,
+    let glass = |ior, absorption, alpha| dielectric(ior, absorption, alpha, None, false);
+    let dispersive = |b, thin| {
+        let index = DispersiveIndex::Cauchy(Cauchy { a: 1.5, b, c: 0.0 });
+        dielectric(1.5, 0.0, 0.0, Some(index), thin)
     };
     for (material, expected) in [
         (Material::Lambert { albedo: Color::gray(f32::NAN) }, "a color must be finite"),
@@ -298,18 +294,7 @@ fn mixes_and_details_that_are_none_are_left_out() {
         b: Box::new(b.clone()),
         by: Scalar::constant(by),
     };
-    let glass = Material::Dielectric {
-        dispersion: None,
-        ior: 1.5,
-        fresnel: FresnelModel::Exact,
-        specular: Color::WHITE,
-        exponent: 1.0,
-        absorption: Vec3::ZERO,
-        priority: 0,
-        alpha: 0.0,
-        film: None,
-        thin: false,
-    };
+    let glass = dielectric(1.5, 0.0, 0.0, None, false);
     let deep = (0..9).fold(GRAY, |inner, _| mix(&inner, &GRAY, 0.5));
     for (material, expected) in [
         (mix(&GRAY, &GRAY, 1.5), "a mix must be by 0 to 1"),

@@ -104,9 +104,9 @@ fn every_rough_material_says_what_it_says() {
         film: Some(Film { ior: 1.5, thickness: 250.0 }),
         compensated: false,
     };
-    let dielectric = |ior, alpha, film, thin| Material::Dielectric {
+    let dielectric = |ior, dispersion, alpha, film, thin| Material::Dielectric {
         ior,
-        dispersion: None,
+        dispersion,
         fresnel: FresnelModel::Exact,
         specular: gray(1.0),
         exponent: 100.0,
@@ -117,24 +117,7 @@ fn every_rough_material_says_what_it_says() {
         thin,
     };
     let glass = DispersiveIndex::Glass(glass("SF11").expect("it is in the table"));
-    let dispersive = |ior, index| match dielectric(ior, 0.0, None, false) {
-        Material::Dielectric { fresnel, specular, exponent, absorption, priority, alpha, film, thin, .. } => {
-            let dispersion = Some(index);
-            Material::Dielectric {
-                ior,
-                dispersion,
-                fresnel,
-                specular,
-                exponent,
-                absorption,
-                priority,
-                alpha,
-                film,
-                thin,
-            }
-        }
-        _ => unreachable!(),
-    };
+    let dispersive = |ior, index| dielectric(ior, Some(index), 0.0, None, false);
     for (name, expected) in [
         ("prism", dispersive(glass.ior(), glass)),
         ("abbe", dispersive(1.5, DispersiveIndex::Cauchy(Cauchy::from_abbe(1.5, 40.0)))),
@@ -144,10 +127,10 @@ fn every_rough_material_says_what_it_says() {
         ("rough", metal(normal(Vec3::ONE), FresnelModel::Schlick, 0.25)),
         ("tinted", metal(normal(Vec3::new(1.0, 0.5, 0.25)), FresnelModel::Schlick, 0.0)),
         ("edged", metal(edged, FresnelModel::Exact, 0.0)),
-        ("frosted", dielectric(1.5, 0.25, None, false)),
+        ("frosted", dielectric(1.5, None, 0.25, None, false)),
         ("oily", oily),
-        ("bubble", dielectric(1.0, 0.0, Some(Film { ior: 1.25, thickness: 500.0 }), false)),
-        ("pane", dielectric(1.5, 0.0, None, true)),
+        ("bubble", dielectric(1.0, None, 0.0, Some(Film { ior: 1.25, thickness: 500.0 }), false)),
+        ("pane", dielectric(1.5, None, 0.0, None, true)),
         ("lamp", Material::Emissive { radiance: gray(3.0), two_sided: false }),
     ] {
         assert_eq!(get::<Material>(&mut world, name), expected, "{name}");
