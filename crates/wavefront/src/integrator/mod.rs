@@ -34,18 +34,21 @@ pub use whitted::whitted;
 
 use std::ops::Range;
 
+use brewster_buffers::Integrator;
 use brewster_film::FilmTile;
 
 use crate::batch::Batch;
 use crate::context::Context;
 use crate::queues::RaySource;
+use crate::stages::scatter::SHADOW_RAYS;
 use crate::stages::shade::shade_emissive;
 use crate::stages::{Arrivals, absorb, cross, escape, fold, gather, generate, glow, order, record, sort, trace};
 use crate::stats::Stage;
 
 /// Makes the camera rays of some samples of every pixel of a tile.
-fn begin(context: &Context<'_>, numbers: Range<u32>, batch: &mut Batch, tile: &FilmTile<'_>) {
-    let Batch { levels, samples, stacks, recorder, .. } = batch;
+pub fn begin(context: &Context<'_>, numbers: Range<u32>, batch: &mut Batch, tile: &FilmTile<'_>) {
+    let Batch { levels, samples, shadows, stacks, recorder, .. } = batch;
+    shadows.reserve(run(context) * shadow_rays(context));
     stacks.reset();
     let around = stacks.enter_all(&context.camera_media, &context.scene.materials.dielectric.view());
     recorder.stage((Stage::Generate, 0, RaySource::Primary), tile.len() * numbers.len(), |_| {
@@ -53,10 +56,35 @@ fn begin(context: &Context<'_>, numbers: Range<u32>, batch: &mut Batch, tile: &F
     });
 }
 
+/// Takes the rays that go next to what they meet, and what they meet sends others on. Tells the rays' depth and queue; nothing
+/// when no ray waits.
+///
+/// Until the next step, the batch holds what this one did: the rays, their weights behind the media on their way; their hits,
+/// and these by kind of material. What the hits sent waits in the levels.
+pub fn step(context: &Context<'_>, batch: &mut Batch, tile: &mut FilmTile<'_>) -> Option<(u32, RaySource)> {
+    match context.scene.settings.integrator {
+        Integrator::Whitted => whitted::step(context, batch, tile),
+        Integrator::Path => path::step(context, batch, tile),
+    }
+}
+
 /// Adds the samples, whose paths have come to their ends, to the film.
-fn end(batch: &mut Batch, tile: &mut FilmTile<'_>) {
+pub fn end(batch: &mut Batch, tile: &mut FilmTile<'_>) {
     let Batch { samples, recorder, .. } = batch;
     recorder.stage((Stage::Fold, 0, RaySource::Primary), samples.len(), |_| fold(samples.view(), tile));
+}
+
+/// Shadow rays that a hit sends at most.
+fn shadow_rays(context: &Context<'_>) -> usize {
+    match context.scene.settings.integrator {
+        Integrator::Whitted => context.scene.lights.len().max(1),
+        Integrator::Path => SHADOW_RAYS,
+    }
+}
+
+/// Hits that are shaded at once: the shadow queue stays within its capacity however many lights there are.
+fn run(context: &Context<'_>) -> usize {
+    (context.policy.capacity / shadow_rays(context)).max(1)
 }
 
 /// Takes the rays that go next to what they meet: escaped ones get the background, those that meet light its radiance; the

@@ -4,65 +4,69 @@ use std::ops::Range;
 
 use brewster_film::FilmTile;
 
-use super::{begin, end, meet};
+use super::{begin, end, meet, run};
 use crate::batch::Batch;
 use crate::context::Context;
-use crate::stages::scatter::{Onward, SHADOW_RAYS, scatter};
+use crate::queues::RaySource;
+use crate::stages::scatter::{Onward, scatter};
 use crate::stages::{draw, gather, shadow};
 use crate::stats::Stage;
 
 /// Follows some samples of every pixel of a tile to their ends, one bounce at a time.
 pub fn path(context: &Context<'_>, samples: Range<u32>, batch: &mut Batch, tile: &mut FilmTile<'_>) {
     begin(context, samples, batch, tile);
-    // Hits scatter in runs, so that the shadow queue stays within its capacity.
-    let run = (context.policy.capacity / SHADOW_RAYS).max(1);
-    batch.shadows.reserve(run * SHADOW_RAYS);
-    while let Some((depth, source)) = meet(context, batch, tile) {
-        let Batch {
-            levels,
-            rays,
-            sorted,
-            draws,
-            shadows,
-            scratch,
-            contributions,
-            samples,
-            stacks,
-            attribution,
-            recorder,
-            ..
-        } = batch;
-        let at = |stage| (stage, depth, source);
-        let rays = rays.view();
-        let (_, mut next) = levels.at(depth);
-        macro_rules! scatter {
-            ($stage:expr, $hits:expr) => {
-                for start in (0..$hits.len()).step_by(run) {
-                    let hits = $hits.view().run(start, run);
-                    if next.is_some() {
-                        recorder.stage(at(Stage::Draw), hits.columns().len(), |_| {
-                            draw(context, rays, hits.columns(), samples.view(), depth, draws);
-                        });
-                    }
-                    recorder.stage(at($stage), hits.columns().len(), |counts| {
-                        let mut onward = Onward { depth, next: next.as_deref_mut(), shadows, contributions, stacks };
-                        scatter(context, rays, &hits, draws.view(), samples.view(), &mut onward, counts);
-                    });
-                    recorder.stage(at(Stage::Shadow), shadows.len(), |counts| {
-                        shadow(context, shadows, stacks, scratch, contributions, samples.view_mut(), counts);
-                    });
-                    recorder.stage(at(Stage::Gather), contributions.len(), |counts| {
-                        gather(context, depth, contributions, samples.view_mut(), tile, attribution, counts);
+    while step(context, batch, tile).is_some() {}
+    end(batch, tile);
+}
+
+/// One step of [`super::step`].
+pub(super) fn step(context: &Context<'_>, batch: &mut Batch, tile: &mut FilmTile<'_>) -> Option<(u32, RaySource)> {
+    let (depth, source) = meet(context, batch, tile)?;
+    let run = run(context);
+    let Batch {
+        levels,
+        rays,
+        sorted,
+        draws,
+        shadows,
+        scratch,
+        contributions,
+        samples,
+        stacks,
+        attribution,
+        recorder,
+        ..
+    } = batch;
+    let at = |stage| (stage, depth, source);
+    let rays = rays.view();
+    let (_, mut next) = levels.at(depth);
+    macro_rules! scatter {
+        ($stage:expr, $hits:expr) => {
+            for start in (0..$hits.len()).step_by(run) {
+                let hits = $hits.view().run(start, run);
+                if next.is_some() {
+                    recorder.stage(at(Stage::Draw), hits.columns().len(), |_| {
+                        draw(context, rays, hits.columns(), samples.view(), depth, draws);
                     });
                 }
-            };
-        }
-        scatter!(Stage::ScatterLambert, sorted.lambert);
-        scatter!(Stage::ScatterRoughDiffuse, sorted.rough_diffuse);
-        scatter!(Stage::ScatterMetal, sorted.metal);
-        scatter!(Stage::ScatterDielectric, sorted.dielectric);
-        scatter!(Stage::ScatterPrincipled, sorted.principled);
-        scatter!(Stage::ScatterCoated, sorted.coated);
+                recorder.stage(at($stage), hits.columns().len(), |counts| {
+                    let mut onward = Onward { depth, next: next.as_deref_mut(), shadows, contributions, stacks };
+                    scatter(context, rays, &hits, draws.view(), samples.view(), &mut onward, counts);
+                });
+                recorder.stage(at(Stage::Shadow), shadows.len(), |counts| {
+                    shadow(context, shadows, stacks, scratch, contributions, samples.view_mut(), counts);
+                });
+                recorder.stage(at(Stage::Gather), contributions.len(), |counts| {
+                    gather(context, depth, contributions, samples.view_mut(), tile, attribution, counts);
+                });
+            }
+        };
     }
-    end(batch, tile);
+    scatter!(Stage::ScatterLambert, sorted.lambert);
+    scatter!(Stage::ScatterRoughDiffuse, sorted.rough_diffuse);
+    scatter!(Stage::ScatterMetal, sorted.metal);
+    scatter!(Stage::ScatterDielectric, sorted.dielectric);
+    scatter!(Stage::ScatterPrincipled, sorted.principled);
+    scatter!(Stage::ScatterCoated, sorted.coated);
+    Some((depth, source))
 }

@@ -4,9 +4,10 @@ use std::ops::Range;
 
 use brewster_film::FilmTile;
 
-use super::{begin, end, meet};
+use super::{begin, end, meet, run};
 use crate::batch::Batch;
 use crate::context::Context;
+use crate::queues::RaySource;
 use crate::stages::shade::{Continuation, shade_dielectric, shade_lambert, shade_metal, shade_phong};
 use crate::stages::{gather, shadow};
 use crate::stats::Stage;
@@ -14,42 +15,43 @@ use crate::stats::Stage;
 /// Follows some samples of every pixel of a tile to their ends, one bounce at a time.
 pub fn whitted(context: &Context<'_>, samples: Range<u32>, batch: &mut Batch, tile: &mut FilmTile<'_>) {
     begin(context, samples, batch, tile);
-    // Hits are shaded in runs, so that the shadow queue stays within its capacity however many lights there are.
-    let lights = context.scene.lights.len().max(1);
-    let run = (context.policy.capacity / lights).max(1);
-    batch.shadows.reserve(run * lights);
-    while let Some((depth, source)) = meet(context, batch, tile) {
-        let Batch {
-            levels, rays, sorted, shadows, scratch, contributions, samples, stacks, attribution, recorder, ..
-        } = batch;
-        let at = |stage| (stage, depth, source);
-        let rays = rays.view();
-        let (_, next) = levels.at(depth);
-        let mut onward = Continuation { next, threshold: context.scene.settings.contribution_threshold };
-        macro_rules! shade {
-            ($stage:expr, $hits:expr, |$view:ident, $counts:ident| $shade:expr) => {
-                for start in (0..$hits.len()).step_by(run) {
-                    let $view = $hits.view().run(start, run);
-                    recorder.stage(at($stage), $view.columns().len(), |$counts| $shade);
-                    recorder.stage(at(Stage::Shadow), shadows.len(), |counts| {
-                        shadow(context, shadows, stacks, scratch, contributions, samples.view_mut(), counts);
-                    });
-                    recorder.stage(at(Stage::Gather), contributions.len(), |counts| {
-                        gather(context, depth, contributions, samples.view_mut(), tile, attribution, counts);
-                    });
-                }
-            };
-        }
-        shade!(Stage::ShadePhong, sorted.phong, |hits, _counts| {
-            shade_phong(context, rays, &hits, shadows, contributions)
-        });
-        shade!(Stage::ShadeLambert, sorted.lambert, |hits, _counts| { shade_lambert(context, rays, &hits, shadows) });
-        shade!(Stage::ShadeMetal, sorted.metal, |hits, counts| {
-            shade_metal(context, rays, &hits, stacks, shadows, &mut onward, counts)
-        });
-        shade!(Stage::ShadeDielectric, sorted.dielectric, |hits, counts| {
-            shade_dielectric(context, rays, &hits, stacks, shadows, &mut onward, counts)
-        });
-    }
+    while step(context, batch, tile).is_some() {}
     end(batch, tile);
+}
+
+/// One step of [`super::step`].
+pub(super) fn step(context: &Context<'_>, batch: &mut Batch, tile: &mut FilmTile<'_>) -> Option<(u32, RaySource)> {
+    let (depth, source) = meet(context, batch, tile)?;
+    let run = run(context);
+    let Batch { levels, rays, sorted, shadows, scratch, contributions, samples, stacks, attribution, recorder, .. } =
+        batch;
+    let at = |stage| (stage, depth, source);
+    let rays = rays.view();
+    let (_, next) = levels.at(depth);
+    let mut onward = Continuation { next, threshold: context.scene.settings.contribution_threshold };
+    macro_rules! shade {
+        ($stage:expr, $hits:expr, |$view:ident, $counts:ident| $shade:expr) => {
+            for start in (0..$hits.len()).step_by(run) {
+                let $view = $hits.view().run(start, run);
+                recorder.stage(at($stage), $view.columns().len(), |$counts| $shade);
+                recorder.stage(at(Stage::Shadow), shadows.len(), |counts| {
+                    shadow(context, shadows, stacks, scratch, contributions, samples.view_mut(), counts);
+                });
+                recorder.stage(at(Stage::Gather), contributions.len(), |counts| {
+                    gather(context, depth, contributions, samples.view_mut(), tile, attribution, counts);
+                });
+            }
+        };
+    }
+    shade!(Stage::ShadePhong, sorted.phong, |hits, _counts| {
+        shade_phong(context, rays, &hits, shadows, contributions)
+    });
+    shade!(Stage::ShadeLambert, sorted.lambert, |hits, _counts| { shade_lambert(context, rays, &hits, shadows) });
+    shade!(Stage::ShadeMetal, sorted.metal, |hits, counts| {
+        shade_metal(context, rays, &hits, stacks, shadows, &mut onward, counts)
+    });
+    shade!(Stage::ShadeDielectric, sorted.dielectric, |hits, counts| {
+        shade_dielectric(context, rays, &hits, stacks, shadows, &mut onward, counts)
+    });
+    Some((depth, source))
 }
