@@ -8,6 +8,7 @@
 //! - `edits_agree`: after any series of edits the picture is that of a new scene, bit for bit.
 //! - `energy_accounted`: the path integrator's ledger of energy closes.
 //! - `furnace`: in light from everywhere nothing is lost but what the maximum depth cuts.
+//! - `gltf_faults`: glTF is free of the faults that other path tracers of it are known for.
 //! - `layers`: crates depend on each other as the architecture page says, and on nothing else.
 //! - `light_layers`: the parts of the light, the albedo and the standard errors are what they claim.
 //! - `memory_bounded`: a split tree of any depth stays within the memory that the queues' page states.
@@ -23,7 +24,7 @@
 //! - `threads_agree`: the same picture, bit for bit, on any number of threads.
 //! - `tidy`: every source file says what it is.
 //!
-//! What claims share: `scene` reads and renders, `recursion` is the plain recursion, `textbook` has the formulas.
+//! What claims share: `gltf_model` makes glTF files, `scene` reads and renders, `recursion` is the plain recursion, `textbook` has the formulas.
 
 mod attributed;
 mod batches_agree;
@@ -34,6 +35,8 @@ mod dispersion;
 mod edits_agree;
 mod energy_accounted;
 mod furnace;
+mod gltf_faults;
+mod gltf_model;
 mod layers;
 mod light_layers;
 mod memory_bounded;

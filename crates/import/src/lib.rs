@@ -154,6 +154,14 @@ impl Importer {
         })
     }
 
+    /// Reads a glTF file, binary or JSON, that would stand at `path` and hold `bytes`: one made by a program.
+    pub fn load_gltf(&mut self, path: &Path, bytes: &[u8]) -> Result<Loaded, Failure> {
+        self.load_with(path, |session, options| {
+            session.digest.update(bytes);
+            gltf::load_bytes(session, path, bytes, options)
+        })
+    }
+
     fn load_ron(session: &mut Session, source: source::SourceId, path: &Path, options: &LoadOptions) -> Option<Scene> {
         let mut scene = ron::load(session, source, path, &options.overrides, options.integrator)?;
         if options.view != ViewChoices::default() {

@@ -33,6 +33,8 @@ pub struct Context<'a> {
     pub filter: FilterSampler,
     /// Whether there are surfaces that may be absent somewhere.
     pub has_veils: bool,
+    /// Whether there are sheets that light may go straight through, and lights that no path meets by chance.
+    pub has_sheets: bool,
     /// What rough surfaces are expected to send on, if a ledger is kept.
     pub albedos: Option<Albedos>,
     /// How batches are scheduled.
@@ -67,6 +69,9 @@ impl<'a> Context<'a> {
             sampler: Sampler::new(settings.sampler, settings.seed, settings.samples),
             filter,
             has_veils: scene.materials.details.iter().any(|detail| detail.opacity != Opacity::Opaque),
+            has_sheets: !scene.lights.is_empty()
+                && (dielectrics.thin.contains(&true)
+                    || (scene.materials.principled.view().transmission.iter()).any(|part| !part.is_zero())),
             albedos: (policy.ledger && settings.integrator == Integrator::Path).then(|| Albedos::new(scene)),
             policy,
         }

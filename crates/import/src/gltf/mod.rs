@@ -98,8 +98,13 @@ pub(crate) fn is_gltf(path: &Path) -> bool {
 /// The scene in a file, or `None` after an error.
 pub(crate) fn load(session: &mut Session, path: &Path, options: &LoadOptions) -> Option<Scene> {
     let bytes = session.read_gltf(path)?;
+    load_bytes(session, path, &bytes, options)
+}
+
+/// The same of a file whose bytes are known.
+pub(crate) fn load_bytes(session: &mut Session, path: &Path, bytes: &[u8], options: &LoadOptions) -> Option<Scene> {
     let mut reporter = Reporter { file: path.to_string_lossy().into_owned(), said: Vec::new() };
-    let scene = read(session, &mut reporter, path, &bytes, options);
+    let scene = read(session, &mut reporter, path, bytes, options);
     let file = reporter.file.clone();
     reporter.finish(&mut session.found);
     scene.map_err(|error| session.found.push(error.in_file(file))).ok().flatten()

@@ -225,6 +225,15 @@ impl Principled {
         self.glass.is_some_and(|glass| glass.weight == 1.0 && glass.is_smooth()) && (self.is_inside || !covered)
     }
 
+    /// What is left of the light that goes straight on through a smooth sheet; black of all else.
+    #[inline]
+    pub fn straight(&self, view: Vec3) -> Vec3 {
+        let view = self.turned(view);
+        let sheet = self.glass.filter(|glass| glass.is_sheet && glass.is_smooth() && view.z > 0.0);
+        let through = sheet.and_then(|glass| glass.split(view, Vec2::ZERO).transmission);
+        through.map_or(Vec3::ZERO, |sample| self.singular(view, sample, 1.0).weight)
+    }
+
     /// f |cosθ| of all lobes, and the density with which [`Principled::split`] gives the direction; the chosen one is that of
     /// [`Principled::choose`].
     #[inline]

@@ -9,7 +9,7 @@
 //! | [`HitQueue`], one a material kind | `sort` | `shade_*`, `scatter_*`, after `record` has read it at depth 0 | 64 |
 //! | [`CrossingQueue`] | `sort` | `cross` | 20 |
 //! | [`EscapedQueue`] | `sort` | `escape` | 4 |
-//! | [`ShadowQueue`] | `shade_*`, `scatter_*` | `shadow` | 56 |
+//! | [`ShadowQueue`] | `shade_*`, `scatter_*` | `shadow` | 57 |
 //! | [`ContributionQueue`] | `escape`, `shade_*`, `glow`, `shadow`; `scatter_*` what is no number | `gather` | 24 |
 //! | [`SampleColumns`] | `generate`, `trace`, `shadow`, `gather` | `fold`, at the end of the tile | 44 |
 //!

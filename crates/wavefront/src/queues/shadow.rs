@@ -34,6 +34,9 @@ columns! {
         pub instance: u32,
         /// The media around it.
         pub media: MediaId,
+        /// Whether sheets that light goes straight through let it pass: rays to points and directions of light, which no path
+        /// meets by chance. Other light is found behind a sheet by the paths that pass it.
+        pub passes_sheets: bool,
     }
 }
 

@@ -4,6 +4,7 @@ use brewster_buffers::MaterialKind;
 use brewster_geometry::{Hit, HitColumns, closest_hits, occluded, offset_origin, surface};
 use glam::Vec3;
 
+use super::scatter::straight;
 use crate::context::Context;
 use crate::media::{MediaStacks, Medium};
 use crate::queues::{Contribution, ContributionQueue, End, SamplesViewMut, ShadowQueue};
@@ -51,7 +52,7 @@ pub fn shadow(
         counts.shadow_segments += queue.len() as u64;
         count_rays(queue, &mut samples);
         scratch.next.clear();
-        if context.has_veils {
+        if context.has_veils || context.has_sheets {
             scratch.next.reserve(queue.capacity());
         }
         let view = queue.view();
@@ -69,12 +70,12 @@ pub fn shadow(
                     trail,
                     instance: view.instance[row],
                 });
-            } else if context.has_veils {
+            } else if context.has_veils || (context.has_sheets && view.passes_sheets[row]) {
                 scratch.next.push(view.get(row));
             }
         }
         queue.clear();
-        // What is in the way may be a veil: that is found out one surface after the other.
+        // What is in the way may be a veil or a sheet: that is found out one surface after the other.
         if !scratch.next.is_empty() {
             std::mem::swap(queue, &mut scratch.next);
         }
@@ -93,8 +94,8 @@ fn count_rays(queue: &ShadowQueue, samples: &mut SamplesViewMut<'_>) {
     }
 }
 
-/// Follows each ray to the next surface: past one that is partly absent weakened by the part that is there, through a dielectric,
-/// where it may, weakened by F_t, to its light, or not at all. Factors multiply in the order of the hits.
+/// Follows each ray to the next surface: past one that is partly absent weakened by the part that is there, through a sheet or a
+/// dielectric, where it may, weakened by what that does not let pass, to its light, or not at all. Factors multiply in the order of the hits.
 fn follow(
     context: &Context<'_>,
     queue: &mut ShadowQueue,
@@ -127,13 +128,17 @@ fn follow(
         let material = scene.materials.rows.get(id.0 as usize);
         let is_veil = scene.is_veiled(id);
         let is_clear = scene.settings.transparent_shadows && material.kind == MaterialKind::Dielectric;
-        if !(is_veil || is_clear) {
+        let is_sheet = context.has_sheets && ray.passes_sheets;
+        if !(is_veil || is_clear || is_sheet) {
             continue;
         }
         let point = surface(&context.geometry, &ray.ray(), &hit);
         let direction = ray.ray().direction;
-        if is_veil {
-            contribution *= 1.0 - scene.coverage(id, &point.place(hit.instance, hit.primitive));
+        if is_veil || is_sheet {
+            let there = if is_veil { scene.coverage(id, &point.place(hit.instance, hit.primitive)) } else { 1.0 };
+            let filling = stacks.filling(ray.media);
+            let through = if is_sheet { straight(context, &ray, (&hit, point), filling) } else { Vec3::ZERO };
+            contribution *= through * there + (1.0 - there);
             if contribution != Vec3::ZERO {
                 scratch.next.push(ray.behind(offset_origin(&point, direction), hit.t, contribution, ray.media));
             }

@@ -92,6 +92,12 @@ impl Surface for Boundary {
     }
 
     #[inline(always)]
+    fn straight(&self, view: Vec3) -> Vec3 {
+        let through = self.split(view, Vec2::ZERO, 0.0).transmission.filter(|_| self.thin);
+        through.map_or(Vec3::ZERO, |sample| sample.weight)
+    }
+
+    #[inline(always)]
     fn evaluate(&self, view: Vec3, light: Vec3) -> LobeValue {
         self.glass.evaluate(view, light, |cos_i| self.reflectance(cos_i))
     }

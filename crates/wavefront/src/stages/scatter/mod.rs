@@ -9,8 +9,8 @@ mod metal;
 mod principled;
 mod rough_diffuse;
 
-use brewster_buffers::LightSample;
-use brewster_geometry::{Ray, offset_origin};
+use brewster_buffers::{DetailId, LightSample, MaterialKind};
+use brewster_geometry::{Hit, Ray, SurfacePoint, offset_origin};
 use brewster_optics::basis::Basis;
 use brewster_optics::dispersion::PathWavelength;
 use brewster_optics::lobe::{DELTA, LobeSample, LobeSplit, LobeValue, power_heuristic};
@@ -23,8 +23,8 @@ use crate::context::Context;
 use crate::ledger::Ledger;
 use crate::media::{MediaId, MediaStacks, Medium};
 use crate::queues::{
-    Contribution, ContributionQueue, DepthQueues, End, Event, HitsOf, PathRay, PathRaysView, SamplesView, ShadowQueue,
-    ShadowRay, SurfaceHit,
+    Contribution, ContributionQueue, DepthQueues, End, Event, HitsOf, OnDielectric, OnPrincipled, PathRay,
+    PathRaysView, SamplesView, ShadowQueue, ShadowRay, SurfaceHit,
 };
 use crate::random::Decision;
 use crate::stats::Counts;
@@ -62,6 +62,12 @@ pub trait Surface {
 
     /// Whether light may come through.
     fn transmits(&self) -> bool;
+
+    /// What is left of light that goes straight on, as through a smooth sheet.
+    #[inline(always)]
+    fn straight(&self, _view: Vec3) -> Vec3 {
+        Vec3::ZERO
+    }
 
     /// Both ways on, by two numbers for the direction and one for the lobe.
     fn split(&self, view: Vec3, u: Vec2, lobe: f32) -> LobeSplit;
@@ -183,6 +189,29 @@ pub fn scatter<Kind: Scatter>(
     }
 }
 
+/// What is left of a ray toward a light behind a surface that it meets: of a smooth sheet what goes straight on, of all others
+/// nothing.
+pub(crate) fn straight(context: &Context<'_>, ray: &ShadowRay, found: (&Hit, SurfacePoint), filling: Medium) -> Vec3 {
+    let (&Hit { instance, primitive, .. }, mut point) = found;
+    let scene = context.scene;
+    let material = scene.materials.rows.get(scene.instances.view().material[instance as usize].0 as usize);
+    let direction = ray.ray().direction;
+    if material.detail != DetailId::NONE {
+        let place = point.place(instance, primitive);
+        point.shading_normal = scene.bent_normal(material.detail, &place, &point, direction);
+    }
+    let hit = SurfaceHit { ray: 0, instance, primitive, material: material.row, point };
+    let (_, normal) = facing_normals(&hit, direction);
+    let sides = Sides { media: [ray.media; 2], filling: [filling; 2], wavelength: PathWavelength::NONE, normal };
+    let view = Basis::around(normal).to_local(-direction);
+    match material.kind {
+        _ if scene.materials.medium(material).is_some() => Vec3::ZERO,
+        MaterialKind::Principled => OnPrincipled::surface(context, &hit, &sides).straight(view),
+        MaterialKind::Dielectric => OnDielectric::surface(context, &hit, &sides).straight(view),
+        _ => Vec3::ZERO,
+    }
+}
+
 /// The media at a hit.
 fn sides<Kind: Scatter>(
     context: &Context<'_>,
@@ -271,6 +300,7 @@ impl Arrival<'_> {
             trail: self.ray.trail,
             instance: self.hit.instance,
             media,
+            passes_sheets: light.is_delta,
         });
     }
 

@@ -139,6 +139,11 @@ impl Surface for Principled {
     }
 
     #[inline(always)]
+    fn straight(&self, view: Vec3) -> Vec3 {
+        Principled::straight(self, view)
+    }
+
+    #[inline(always)]
     fn evaluate(&self, view: Vec3, light: Vec3) -> LobeValue {
         Principled::evaluate(self, view, light)
     }

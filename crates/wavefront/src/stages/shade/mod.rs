@@ -95,6 +95,7 @@ fn send_shadow_ray(
         trail: ray.trail,
         instance: hit.instance,
         media,
+        passes_sheets: false,
     });
 }
 
