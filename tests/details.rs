@@ -213,3 +213,37 @@ fn no_ray_and_no_energy_is_lost_at_a_veil() {
     }
     assert!(ledger.z().iter().all(|z| z.abs() < 4.0), "{:?}", ledger.z());
 }
+
+/// Cameras look through the back of a card that shows its front alone, and light is blocked by either side.
+#[test]
+fn cameras_look_through_backs_that_light_meets() {
+    let materials = |sides: &str| {
+        format!(
+            "\"card\": Detailed(of: Lambert(albedo: 0.5), sides: {sides}, opacity: Blend(alpha: 0.5)),
+            \"floor\": Lambert(albedo: 0.8), \"lamp\": Emissive(radiance: 30),"
+        )
+    };
+    let card = |turn: f32, height: f32| {
+        format!("(shape: Quad(size: (90, 90)), material: \"card\", at: (0, 0, {height}), rotate: (y: {turn})),")
+    };
+    // In even light of 1, half of all rays see a card's albedo of 0.5.
+    for (sides, turn, expected) in
+        [("Both", 0.0, 0.75), ("Both", 180.0, 0.75), ("Front", 0.0, 0.75), ("Front", 180.0, 1.0)]
+    {
+        let found = mean(&scene(PATH, "1", &materials(sides), &card(turn, 5.0))).x;
+        assert!((found - expected).abs() < 5e-3, "{sides} {turn}: {found}");
+    }
+    // Above the camera a card halves the light of points and lamps, however it is turned.
+    for lamp in [
+        "(light: Point(intensity: 5), at: (1, 1, 20)),",
+        "(shape: Quad(size: (6, 6)), material: \"lamp\", at: (0, 0, 20)),",
+    ] {
+        let floor = format!("(shape: Quad(size: (2, 2)), material: \"floor\", at: (0, 0, 1)), {lamp}");
+        let lit = |sides: &str, card: &str| mean(&scene(PATH, "0", &materials(sides), &format!("{card} {floor}"))).x;
+        let clear = lit("Both", "");
+        for turn in [0.0, 180.0] {
+            let part = lit("Front", &card(turn, 10.0)) / clear;
+            assert!((part - 0.5).abs() < 5e-3, "{lamp} {turn}: {part}");
+        }
+    }
+}

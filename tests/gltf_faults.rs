@@ -63,7 +63,7 @@ fn floor(light: impl FnOnce(&mut Model)) -> Model {
     model
 }
 
-/// Adds a square lamp that shines to both sides.
+/// Adds a square lamp, which shines to both sides.
 fn lamp(model: &mut Model, (width, radiance): (f32, f32), at: [f32; 3]) {
     let material = model.add(
         "materials",

@@ -173,3 +173,26 @@ pub(crate) fn cuboid(size: Vec3) -> Triangles {
     }
     all
 }
+
+/// A ball around the origin: an octahedron, its sides parted in four `times` over, with the normals of the sphere.
+pub(crate) fn ball(times: u32) -> Triangles {
+    let mut corners = Vec::new();
+    for x in [Vec3::X, -Vec3::X] {
+        for y in [Vec3::Y, -Vec3::Y] {
+            for z in [Vec3::Z, -Vec3::Z] {
+                corners.push(if x.cross(y).dot(z) > 0.0 { [x, y, z] } else { [y, x, z] });
+            }
+        }
+    }
+    for _ in 0..times {
+        let parted = corners.into_iter().flat_map(|[a, b, c]| {
+            let [ab, bc, ca] = [a + b, b + c, c + a].map(Vec3::normalize);
+            [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]
+        });
+        corners = parted.collect();
+    }
+    let positions: Vec<Vec3> = corners.into_iter().flatten().collect();
+    let triangles = (0..positions.len() as u32 / 3).map(|triangle| [0, 1, 2].map(|corner| 3 * triangle + corner));
+    let triangles = triangles.collect();
+    Triangles { normals: positions.clone(), uvs: vec![Vec2::ZERO; positions.len()], positions, triangles }
+}

@@ -24,18 +24,23 @@ fn scene(material: &str) -> SceneBuffers {
     scene
 }
 
-/// Two materials make the same picture in the mean: no block differs by more than chance lets one of so many.
+/// Two materials make the same picture in the mean.
 #[track_caller]
 fn agree(principled: &str, other: &str) {
+    alike(scene(principled), scene(other), &format!("{principled} and {other}"));
+}
+
+/// Two scenes make the same picture in the mean: no block differs by more than chance lets one of so many.
+#[track_caller]
+pub(crate) fn alike(ours: SceneBuffers, mut theirs: SceneBuffers, names: &str) {
     const SEEDS: u64 = 40;
-    let (ours, mut theirs) = (scene(principled), scene(other));
     // Else both would take the same numbers.
     theirs.settings.samples = 6;
     let ((a, a_errors), (b, b_errors)) = (estimate(&ours, BLOCK, SEEDS, 2), estimate(&theirs, BLOCK, SEEDS, 2));
     let errors = a_errors.iter().zip(&b_errors).map(|(a, b)| a.hypot(*b));
     let z = a.iter().zip(&b).zip(errors).map(|((a, b), error)| if a == b { 0.0 } else { (a - b).abs() / error });
     let (worst, bound) = (z.fold(0.0, f64::max), bound(a.len()));
-    assert!(worst < bound, "{principled} and {other}: z = {worst:.2}, at most {bound:.2}");
+    assert!(worst < bound, "{names}: z = {worst:.2}, at most {bound:.2}");
 }
 
 /// e^-1 of the light is left after half a meter: 2 per meter.

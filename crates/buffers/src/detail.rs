@@ -1,6 +1,6 @@
 //! What a surface has that is finer than its shape: normals from maps, and places where it is not.
 
-use brewster_geometry::{SurfacePlace, SurfacePoint, UvSet};
+use brewster_geometry::{Hit, Ray, SurfacePlace, SurfacePoint, UvSet, meets_front};
 use brewster_optics::basis::Basis;
 use brewster_optics::shading_normal::visible;
 use glam::{Vec2, Vec3};
@@ -19,6 +19,8 @@ pub struct Detail {
     pub bump: ScalarSource,
     /// Where the surface is.
     pub opacity: Opacity,
+    /// Whether cameras see its front alone: camera rays that come to its back go straight on.
+    pub front_only: bool,
 }
 
 /// Where a surface is.
@@ -47,6 +49,7 @@ impl Detail {
         normal_scale: 1.0,
         bump: ScalarSource::constant(0.0),
         opacity: Opacity::Opaque,
+        front_only: false,
     };
 }
 
@@ -74,6 +77,16 @@ impl SceneBuffers {
         match self.materials.rows.view().detail[material.0 as usize] {
             DetailId::NONE => false,
             detail => self.materials.details[detail.0 as usize].opacity != Opacity::Opaque,
+        }
+    }
+
+    /// Whether a camera ray that hit a surface sees through it, since it came to the back of one that shows its front alone.
+    #[inline(always)]
+    pub fn is_culled(&self, ray: &Ray, hit: &Hit) -> bool {
+        let material = self.instances.view().material[hit.instance as usize];
+        match self.materials.rows.view().detail[material.0 as usize] {
+            DetailId::NONE => false,
+            detail => self.materials.details[detail.0 as usize].front_only && !meets_front(&self.geometry(), ray, hit),
         }
     }
 

@@ -30,6 +30,8 @@ columns! {
         pub cone_scale: f32,
         /// Added to the scaled cosine; the square of the sum, clamped to 0..1, is the cone's factor. One where there is none.
         pub cone_offset: f32,
+        /// Where its light has come to nothing, in meters; infinite where that is nowhere. Of points that are weakened by distance.
+        pub range: f32,
         /// The entity's scene key; rows are in its order.
         pub key: u64,
     }
@@ -88,8 +90,11 @@ impl Light {
         let distance = squared.sqrt();
         let direction = to_light / distance;
         let ramp = (-direction.dot(self.direction) * self.cone_scale + self.cone_offset).clamp(0.0, 1.0);
+        // The window that KHR_lights_punctual recommends: 1 - (d/range)⁴.
+        let part = squared / (self.range * self.range);
+        let window = (1.0 - part * part).max(0.0);
         let falloff = if self.kind == LightKind::Point { squared } else { 1.0 };
-        Illumination { direction, distance, irradiance: self.intensity * (ramp * ramp / falloff) }
+        Illumination { direction, distance, irradiance: self.intensity * (ramp * ramp * window / falloff) }
     }
 }
 
@@ -104,6 +109,7 @@ mod tests {
         intensity: Vec3::new(8.0, 4.0, 2.0),
         cone_scale: 0.0,
         cone_offset: 1.0,
+        range: f32::INFINITY,
         key: 0,
     };
 
@@ -114,6 +120,16 @@ mod tests {
         let constant = Light { kind: LightKind::PointWithoutFalloff, ..LAMP };
         assert_eq!(constant.illuminate(Vec3::ZERO).irradiance, LAMP.intensity);
         assert_eq!(LAMP.illuminate(LAMP.position).irradiance, Vec3::ZERO);
+    }
+
+    /// At half its range 1/16 of the light is missing, at all of it and beyond all.
+    #[test]
+    fn a_range_ends_light_softly() {
+        let lamp = Light { range: 4.0, ..LAMP };
+        for (distance, part) in [(2.0, 0.9375), (4.0, 0.0), (5.0, 0.0)] {
+            let seen = lamp.illuminate(LAMP.position - Vec3::Y * distance).irradiance;
+            assert_eq!(seen, LAMP.intensity * (part / (distance * distance)), "{distance}");
+        }
     }
 
     #[test]

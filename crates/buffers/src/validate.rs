@@ -229,6 +229,7 @@ fn is_lit(light: &Light) -> bool {
         && is_color(light.intensity)
         && light.cone_scale.is_finite()
         && light.cone_offset.is_finite()
+        && light.range > 0.0
 }
 
 fn sees(camera: &Camera) -> bool {
@@ -299,6 +300,7 @@ mod tests {
             intensity: Vec3::ONE,
             cone_scale: 0.0,
             cone_offset: 1.0,
+            range: f32::INFINITY,
             key: 4,
         });
         buffers.emitters = Emitters::new(&buffers);

@@ -30,6 +30,7 @@ const LAMP: Light = Light {
     intensity: Vec3::ONE,
     cone_scale: 0.0,
     cone_offset: 1.0,
+    range: f32::INFINITY,
     key: 0,
 };
 

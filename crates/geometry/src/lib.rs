@@ -78,7 +78,7 @@ pub use sampling::{AreaSample, Spread, area_scale, seen_from};
 pub use scene::SceneGeometry;
 pub use shape::{Analytic, Crossing, LocalHit, LocalSurface, ShapeError, ShapeKind, ShapeRef, ShapeTable};
 pub use sphere::Sphere;
-pub use surface::{SurfacePoint, offset_origin, surface};
+pub use surface::{SurfacePoint, meets_front, offset_origin, surface};
 pub use torus::Torus;
 pub use transform::{Affine, TransformError};
 pub use traverse::{closest_hits, occluded};

@@ -71,6 +71,22 @@ pub fn surface(scene: &SceneGeometry<'_>, ray: &Ray, hit: &Hit) -> SurfacePoint 
     place(to_world, to_object, &found, rounding)
 }
 
+/// Whether a ray met the front of what it hit, the side that the geometric normal points to, by far fewer numbers than
+/// [`surface`] takes.
+#[inline]
+pub fn meets_front(scene: &SceneGeometry<'_>, ray: &Ray, hit: &Hit) -> bool {
+    let instance = hit.instance as usize;
+    with_shape!(scene.table, scene.shapes[instance],
+        _analytic => surface(scene, ray, hit).geometric_normal.dot(ray.direction) < 0.0,
+        mesh => {
+            // Normals and directions go to and fro in such a way that what faces what stays.
+            let direction = scene.world_to_object[instance].vector(ray.direction).as_dvec3();
+            let [a, b, c] = scene.table.meshes[mesh].corners(hit.primitive as usize).map(|corner| corner.as_dvec3());
+            (b - a).cross(c - a).dot(direction) < 0.0
+        }
+    )
+}
+
 /// The surface at a point that was drawn, and not found by a ray.
 pub(crate) fn place_sample(to_world: &Affine, to_object: &Affine, local: &LocalSurface, tilt: f64) -> SurfacePoint {
     let found = Found { local: *local, shading: local.normal, tilt };

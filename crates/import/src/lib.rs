@@ -180,6 +180,8 @@ impl Importer {
         session.resolution = options.resolution;
         let scene = read(&mut session, options);
         session.digest.update(format!("{:?}{:?}", options.view, options.gltf).as_bytes());
+        let models = std::mem::take(&mut session.models);
+        session.assets.primitives.retain(|known, _| models.contains(&known.0));
         let (dependencies, hash) = (session.dependencies, session.digest.finish());
         let diagnostics = session.found.finish();
         match scene {

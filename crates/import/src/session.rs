@@ -27,6 +27,8 @@ pub(crate) struct Session<'i> {
     pub digest: Digest,
     pub budgets: Budgets,
     pub assets: &'i mut Assets,
+    /// Digests of the glTF files that were read.
+    pub models: Vec<u64>,
     /// The size of the picture that is to be taken, if it is known before the scene is.
     pub resolution: Option<UVec2>,
     /// The integrator that is to render the scene.
@@ -49,7 +51,7 @@ pub(crate) struct Budgets {
 pub(crate) struct Assets {
     pub images: BTreeMap<PathBuf, (u64, Arc<Image>)>,
     pub meshes: BTreeMap<PathBuf, (u64, Arc<TriangleMesh>)>,
-    /// Triangles of the last glTF file, by its digest, mesh and primitive.
+    /// Triangles of the last scene's glTF files, by a file's digest, mesh and primitive.
     pub primitives: BTreeMap<(u64, usize, usize), Arc<TriangleMesh>>,
     /// Pictures of glTF files, by the digests of their bytes.
     pub pictures: BTreeMap<u64, Arc<Image>>,
@@ -86,6 +88,7 @@ impl<'i> Session<'i> {
             digest: Digest::default(),
             budgets,
             assets,
+            models: Vec::new(),
             resolution: None,
             integrator: Integrator::Whitted,
             refused: Vec::new(),

@@ -33,6 +33,8 @@ pub struct Context<'a> {
     pub filter: FilterSampler,
     /// Whether there are surfaces that may be absent somewhere.
     pub has_veils: bool,
+    /// Whether there are surfaces that show cameras their front alone.
+    pub has_fronts: bool,
     /// Whether there are sheets that light may go straight through, and lights that no path meets by chance.
     pub has_sheets: bool,
     /// What rough surfaces are expected to send on, if a ledger is kept.
@@ -69,6 +71,7 @@ impl<'a> Context<'a> {
             sampler: Sampler::new(settings.sampler, settings.seed, settings.samples),
             filter,
             has_veils: scene.materials.details.iter().any(|detail| detail.opacity != Opacity::Opaque),
+            has_fronts: scene.materials.details.iter().any(|detail| detail.front_only),
             has_sheets: !scene.lights.is_empty()
                 && (dielectrics.thin.contains(&true)
                     || (scene.materials.principled.view().transmission.iter()).any(|part| !part.is_zero())),

@@ -235,7 +235,7 @@ impl Editor {
             1 => Opacity::Mask { alpha, cutoff: 0.5 },
             _ => Opacity::Blend { alpha },
         };
-        Detail { normal, bump, opacity }
+        Detail { normal, bump, opacity, front_only: self.random.below(2) == 0 }
     }
 
     fn film(&mut self) -> Option<Film> {

@@ -11,6 +11,7 @@ use super::container::{Container, Uri};
 use super::extensions::{self, meshopt};
 use super::{Found, Reporter, broken, validate};
 use crate::diagnostics::Code;
+use crate::hash::Digest;
 use crate::sandbox::Refusal;
 use crate::session::{Session, describe};
 
@@ -30,6 +31,8 @@ pub(super) struct Document {
     decoded: Vec<Option<Vec<u8>>>,
     /// Bytes of the file and of its buffers.
     pub size: usize,
+    /// Of the same bytes.
+    pub digest: Digest,
 }
 
 impl Document {
@@ -56,10 +59,15 @@ impl Document {
             buffers: Vec::new(),
             decoded: Vec::new(),
             size: bytes.len(),
+            digest: Digest::default(),
         };
+        document.digest.update(bytes);
         for (index, buffer) in document.root.buffers.iter().enumerate() {
             let bytes = read_buffer(session, folder, container.binary, index, buffer)?;
-            document.size += bytes.as_ref().map_or(0, Vec::len);
+            if let Some(bytes) = &bytes {
+                document.size += bytes.len();
+                document.digest.update(bytes);
+            }
             document.buffers.push(bytes);
         }
         for index in 0..document.root.buffer_views.len() {

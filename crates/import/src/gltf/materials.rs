@@ -3,7 +3,7 @@
 //! | where the specification leaves a choice | what is done |
 //! | --- | --- |
 //! | occlusion textures | not used: light that does not get somewhere does not get there |
-//! | a material that is not double-sided | its back shows like its front, since light has to meet a whole surface |
+//! | a material that is not double-sided | cameras look through its back, unless light passes the surface; light meets both sides |
 //! | a factor outside its range | the nearest in it |
 
 use brewster_world::components::parts::{Channel, Encoding, Texture};
@@ -83,8 +83,11 @@ pub(super) fn material(
         AlphaMode::Mask => Opacity::Mask { alpha, cutoff: material.alpha_cutoff.unwrap_or_default().0 },
         AlphaMode::Blend => Opacity::Blend { alpha },
     };
-    let detail = Detail { normal: reader.normal()?, bump: None, opacity };
-    reader.note_decisions();
+    // Light has to leave what it has entered.
+    let lets_light_through = principled.transmission.factor > 0.0 || principled.diffuse_transmission.factor > 0.0;
+    let front_only = !material.double_sided && !lets_light_through && principled.volume.is_none();
+    let detail = Detail { normal: reader.normal()?, bump: None, opacity, front_only };
+    reader.note_decisions(lets_light_through);
     Ok((Material::Principled(Box::new(principled)), detail))
 }
 
@@ -155,13 +158,18 @@ impl Reader<'_, '_> {
         Ok(self.texture(&info, Encoding::Linear, &path)?.map(|texture| NormalMap { texture, scale }))
     }
 
-    fn note_decisions(&mut self) {
+    fn note_decisions(&mut self, lets_light_through: bool) {
         if self.material.occlusion_texture.is_some() {
             let message = "occlusion textures are not used: shadows in corners are traced";
             self.reporter.note(Code::Decision, format!("{}.occlusionTexture", self.path), message);
         }
         if !self.material.double_sided {
-            let message = "materials that are not double-sided show from behind, too";
+            let message = match lets_light_through {
+                false => {
+                    "cameras look through the backs of materials that are not double-sided; light meets both sides"
+                }
+                true => "cameras see both sides of materials that let light through, double-sided or not",
+            };
             self.reporter.note(Code::Decision, format!("{}.doubleSided", self.path), message);
         }
     }

@@ -28,8 +28,8 @@ use brewster_world::components::parts;
 
 use crate::diagnostics::{Code, Diagnostic, Severity};
 use crate::findings::Findings;
-use crate::scene::Scene;
-use crate::session::Session;
+use crate::scene::{Row, Scene};
+use crate::session::{Asset, Session};
 use crate::source::{Source, Span};
 use crate::{LoadOptions, view};
 
@@ -128,7 +128,8 @@ fn read(
     let name = reporter.file.clone();
     let source = session.sources.add(Source { name, folder, text: String::new() });
     let source = source.ok_or_else(|| broken("", "too many files"))?;
-    let rows = nodes::read(session, reporter, &document, &options.gltf, source)?;
+    let span = Span { source, start: 0, end: 0 };
+    let rows = nodes::read((session, reporter), &document, &options.gltf, span, None)?;
     let is_dark = !rows.iter().any(|row| row.light.is_some());
     let mut scene = Scene { settings: world::Settings(settings()), background: world::Background::default(), rows };
     if is_dark && options.view.environment.is_none() {
@@ -137,8 +138,54 @@ fn read(
         scene.settings.0.backdrop = parts::Backdrop::Other(view::PAPER);
         reporter.note(Code::Decision, "", "the file has no lights: a studio lights it");
     }
-    let span = Span { source, start: 0, end: 0 };
     Ok(view::apply(session, &mut scene, &options.view, span).map(|()| scene))
+}
+
+/// The entities of a file that a scene asks for at `span`, or of the node of a name with all below it, materials before those that
+/// wear them. `None` after an error.
+pub(crate) fn part(
+    session: &mut Session,
+    asset: &Asset,
+    choices: &GltfChoices,
+    node: Option<(&str, Span)>,
+    span: Span,
+) -> Option<Vec<Row>> {
+    let mut reporter = Reporter { file: asset.name.clone(), said: Vec::new() };
+    let rows = read_part((session, &mut reporter), asset, choices, node, span);
+    reporter.finish(&mut session.found);
+    match rows {
+        Ok(rows) => rows,
+        Err(error) => {
+            let error = error.in_file(asset.name.as_str());
+            session.found.push(error.note(format!("read for {}", session.sources.describe(span))));
+            None
+        }
+    }
+}
+
+fn read_part(
+    (session, reporter): (&mut Session, &mut Reporter),
+    asset: &Asset,
+    choices: &GltfChoices,
+    node: Option<(&str, Span)>,
+    span: Span,
+) -> Found<Option<Vec<Row>>> {
+    let folder = asset.path.parent().unwrap_or(Path::new("/"));
+    let mut document = Document::open(session, reporter, &asset.bytes, folder)?;
+    animations::pose(&mut document, reporter, choices)?;
+    let part = match node {
+        None => None,
+        Some((name, span)) => {
+            let names = || document.root.nodes.iter().map(|node| node.name.as_deref());
+            let Some(found) = names().position(|known| known == Some(name)) else {
+                let error = session.sources.error(Code::UnknownName, span, format!("the file has no node {name:?}"));
+                session.found.push(error.nearest_name(name, names().flatten()));
+                return Ok(None);
+            };
+            Some(found)
+        }
+    };
+    nodes::read((session, reporter), &document, choices, span, part).map(Some)
 }
 
 /// The settings of files that have none.

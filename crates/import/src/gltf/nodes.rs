@@ -24,29 +24,40 @@ use crate::keys::Keys;
 use crate::limits::{Budget, Exceeded};
 use crate::scene::{Part, Row};
 use crate::session::Session;
-use crate::source::{SourceId, Span};
+use crate::source::Span;
 
-/// The entities of the chosen scene, materials before those that wear them.
+/// The entities of the chosen scene, or of the `part` below one of its nodes, which stands where it stands there; materials
+/// before those that wear them.
 pub(super) fn read(
-    session: &mut Session,
-    reporter: &mut Reporter,
+    (session, reporter): (&mut Session, &mut Reporter),
     document: &Document,
     choices: &GltfChoices,
-    source: SourceId,
+    span: Span,
+    part: Option<usize>,
 ) -> Found<Vec<Row>> {
     let roots = roots(document, choices)?;
-    let (order, parents) = walk(document, &roots, session.limits.hierarchy)?;
+    let (mut order, mut parents) = walk(document, &roots, session.limits.hierarchy)?;
     let mut places = vec![Affine3A::IDENTITY; document.root.nodes.len()];
     for &node in &order {
         let local = local(&document.root.nodes[node], &format!("nodes[{node}]"))?;
         places[node] = parents[node].map_or(local, |parent| places[parent] * local);
     }
-    let mut digest = session.digest;
+    if let Some(part) = part {
+        let mut is_part = vec![false; parents.len()];
+        order.retain(|&node| {
+            is_part[node] = node == part || parents[node].is_some_and(|parent| is_part[parent]);
+            is_part[node]
+        });
+        if order.is_empty() {
+            return Err(broken(format!("nodes[{part}]"), "the node is not in the scene").into());
+        }
+        parents[part] = None;
+    }
+    let mut digest = document.digest;
     digest.update(choices.variant.as_deref().unwrap_or_default().as_bytes());
     let digest = digest.finish();
-    session.assets.primitives.retain(|known, _| known.0 == digest);
+    session.models.push(digest);
     let budget = Budget::new("entities", session.limits.entities);
-    let span = Span { source, start: 0, end: 0 };
     let mut spawner = Spawner {
         session,
         reporter,
@@ -188,7 +199,7 @@ impl Spawner<'_, '_> {
         if !khr_node_visibility::is_visible(node, &path)? {
             return Ok(None);
         }
-        let transform = local(node, &path)?;
+        let transform = if parent.is_some() { local(node, &path)? } else { self.places[index] };
         if !is_regular(&self.places[index]) {
             let message = "a node whose transform flattens space is left out, with all below it";
             self.reporter.note(Code::Decision, path, message);
@@ -196,8 +207,7 @@ impl Spawner<'_, '_> {
         }
         let mut key = Keys::node(index as u64);
         let row = self.push(key, node.name.as_deref(), parent, transform)?;
-        self.rows[row as usize].light =
-            khr_lights_punctual::of_node(&document.root, self.reporter, node, &path)?.map(Arc::new);
+        self.rows[row as usize].light = khr_lights_punctual::of_node(&document.root, node, &path)?.map(Arc::new);
         if let Some(camera) = node.camera {
             let of = &document.root.cameras[camera.value()];
             let aspect = self.session.resolution.map_or(16.0 / 9.0, |size| size.x as f32 / size.y as f32);

@@ -18,6 +18,7 @@ use crate::session::Session;
 use crate::source::Span;
 
 use super::convert::{self, Place};
+use super::models::Worn;
 use super::schema;
 use super::values::{Named, Reference, Spanned};
 use super::{names, patterns, read};
@@ -72,6 +73,26 @@ pub(crate) enum Defined {
 }
 
 impl Prototype {
+    /// One with nothing in it, at the origin.
+    pub(crate) fn empty(span: Span, index: u32) -> Prototype {
+        Prototype {
+            span,
+            name: None,
+            index,
+            parent: None,
+            is_named_parent: false,
+            transform: Affine3A::IDENTITY,
+            shape: Part::None,
+            shape_place: Affine3A::IDENTITY,
+            material: Part::None,
+            detail: None,
+            light: None,
+            children: Vec::new(),
+            include: None,
+            instances: None,
+        }
+    }
+
     /// Whether it has anything beside what is placed in its space.
     pub(crate) fn has_components(&self) -> bool {
         self.light.is_some() || !matches!((&self.shape, &self.material), (Part::None, Part::None))
@@ -106,6 +127,8 @@ pub(crate) struct Resolver<'s, 'i> {
     budget: Budget,
     /// Included files that were read already.
     files: HashMap<PathBuf, Rc<Content>>,
+    /// What glTF files brought, by all that it depends on.
+    pub(super) models: HashMap<String, Rc<Content>>,
     /// The files that are being read: each includes the next.
     stack: Vec<(PathBuf, String)>,
 }
@@ -123,8 +146,15 @@ impl<'s, 'i> Resolver<'s, 'i> {
     /// A resolver that reads a file at `path`.
     pub(crate) fn new(session: &'s mut Session<'i>, path: PathBuf, name: String) -> Resolver<'s, 'i> {
         let budget = Budget::new("entities", session.limits.entities);
-        let keys = Keys::default();
-        Resolver { session, definitions: Vec::new(), keys, budget, files: HashMap::new(), stack: vec![(path, name)] }
+        Resolver {
+            session,
+            definitions: Vec::new(),
+            keys: Keys::default(),
+            budget,
+            files: HashMap::new(),
+            models: HashMap::new(),
+            stack: vec![(path, name)],
+        }
     }
 
     /// The content of a file that was read. `file` is empty for the scene itself.
@@ -181,7 +211,7 @@ impl<'s, 'i> Resolver<'s, 'i> {
             let value = value.as_ref().and_then(|value| Some((convert(self.session, value)?, name.span)));
             let row = value.map(|(is, span)| {
                 let key = self.keys.definition(&format!("{file}#{kind}.{text}"));
-                self.push_definition(Definition { key, name: Some(text.into()), span, is, used: false })
+                self.push_definition(key, Some(text.into()), span, is, false)
             });
             rows.insert(text, row);
         }
@@ -194,8 +224,15 @@ impl<'s, 'i> Resolver<'s, 'i> {
         self.session.found.push(self.session.sources.error(Code::Duplicate, name.span, message).note(first));
     }
 
-    fn push_definition(&mut self, definition: Definition) -> u32 {
-        self.definitions.push(definition);
+    pub(super) fn push_definition(
+        &mut self,
+        key: u64,
+        name: Option<Arc<str>>,
+        span: Span,
+        is: Defined,
+        used: bool,
+    ) -> u32 {
+        self.definitions.push(Definition { key, name, span, is, used });
         self.definitions.len() as u32 - 1
     }
 
@@ -212,8 +249,21 @@ impl<'s, 'i> Resolver<'s, 'i> {
             look_at: look_at.as_ref(),
             transform: transform.as_ref(),
         };
+        let model = entity.model();
         let (shape, shape_place) = self.shape(scope, entity, path, repeated);
-        let (material, detail) = self.material(scope, entity, path, repeated);
+        let (mut material, detail) = self.material(scope, entity, path, repeated || model.is_some());
+        let include = match model {
+            None => entity.include.as_ref().and_then(|include| self.include(include)),
+            Some((model, materials)) => {
+                // What is in the file wears what the entity would.
+                let all = match std::mem::replace(&mut material, Part::None) {
+                    Part::Of(row) => Some(row),
+                    _ => None,
+                };
+                let worn = Worn { all, by_name: self.worn(&scope.materials, materials, path) };
+                self.model(model, &worn, path)
+            }
+        };
         let prototype = Prototype {
             span: entity.span,
             name: entity.name.as_ref().map(|name| name.value.as_str().into()),
@@ -226,7 +276,7 @@ impl<'s, 'i> Resolver<'s, 'i> {
             material,
             detail,
             light: entity.light.as_ref().and_then(|light| convert::light(self.session, light)).map(Arc::new),
-            include: entity.include.as_ref().and_then(|include| self.include(include)),
+            include,
             instances: entity
                 .instances
                 .as_ref()
@@ -251,6 +301,7 @@ impl<'s, 'i> Resolver<'s, 'i> {
         let nothing = (Part::None, Affine3A::IDENTITY);
         match &entity.shape {
             None => nothing,
+            Some(_) if entity.model().is_some() => nothing,
             Some(Reference::Name(name)) => match self.look_up("shape", name, &scope.shapes) {
                 Some(row) => match &self.definitions[row as usize].is {
                     Defined::Shape(_, place) => (Part::Of(row), *place),
@@ -263,7 +314,7 @@ impl<'s, 'i> Resolver<'s, 'i> {
                 Some((is, place)) => {
                     let key = self.keys.definition(&format!("{path}.shape"));
                     let is = Defined::Shape(is, place);
-                    let row = self.push_definition(Definition { key, name: None, span: shape.span, is, used: true });
+                    let row = self.push_definition(key, None, shape.span, is, true);
                     (Part::Of(row), place)
                 }
                 None => nothing,
@@ -290,7 +341,7 @@ impl<'s, 'i> Resolver<'s, 'i> {
                 Some((is, detail)) => {
                     let key = self.keys.definition(&format!("{path}.material"));
                     let (span, is) = (material.span, Defined::Material(Arc::new(is), detail.map(Arc::new)));
-                    Part::Of(self.push_definition(Definition { key, name: None, span, is, used: true }))
+                    Part::Of(self.push_definition(key, None, span, is, true))
                 }
                 None => Part::None,
             },
@@ -299,7 +350,12 @@ impl<'s, 'i> Resolver<'s, 'i> {
     }
 
     /// The definition of that name; reports a name that nothing has.
-    fn look_up(&mut self, kind: &str, name: &Spanned<String>, known: &HashMap<&str, Option<u32>>) -> Option<u32> {
+    pub(super) fn look_up(
+        &mut self,
+        kind: &str,
+        name: &Spanned<String>,
+        known: &HashMap<&str, Option<u32>>,
+    ) -> Option<u32> {
         match known.get(name.value.as_str()) {
             Some(row) => {
                 let row = (*row)?;
@@ -323,6 +379,13 @@ impl<'s, 'i> Resolver<'s, 'i> {
         let sources = &self.session.sources;
         let mut reports: Vec<Diagnostic> = Vec::new();
         match (&entity.shape, &entity.material) {
+            (Some(shape), _) if entity.model().is_some() => {
+                if entity.include.is_some() {
+                    let error =
+                        sources.error(Code::Conflict, shape.span(), "a glTF file and an included scene at once");
+                    reports.push(error.help("`children` may have one each"));
+                }
+            }
             (Some(shape), None) => {
                 let error = sources.error(Code::Composition, shape.span(), "a shape without a material cannot be seen");
                 reports.push(error.expected("`material` beside `shape`"));
@@ -339,7 +402,10 @@ impl<'s, 'i> Resolver<'s, 'i> {
             _ => {}
         }
         if let Some(instances) = &entity.instances {
-            let empty = !prototype.has_components() && prototype.children.is_empty() && entity.include.is_none();
+            let empty = !prototype.has_components()
+                && entity.model().is_none()
+                && prototype.children.is_empty()
+                && entity.include.is_none();
             if empty {
                 reports.push(sources.warning(Code::Composition, instances.span, "there is nothing to repeat"));
             }

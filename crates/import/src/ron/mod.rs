@@ -6,6 +6,7 @@ mod content;
 mod convert;
 pub(crate) mod decode;
 pub(crate) mod info;
+mod models;
 mod names;
 mod node;
 mod overrides;

@@ -5,6 +5,7 @@ mod edits;
 mod gltf;
 mod loaded;
 mod manual;
+mod models;
 mod mutations;
 mod path;
 mod random;

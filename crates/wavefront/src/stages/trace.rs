@@ -1,6 +1,7 @@
 //! Finds the closest hits.
 //!
-//! Where a surface may be absent (a cut-out, a veil), a number decides whether the ray meets it. A ray that does not is traced
+//! Where a surface may be absent (a cut-out, a veil), a number decides whether the ray meets it; the backs of some are absent for
+//! camera rays. A ray that does not is traced
 //! on from there, within the stage: no other stage ever sees what was not there. The ray keeps its origin, so what is told of
 //! the hit in the end, distance, media and densities of light sampling, is as if nothing had been on the way.
 
@@ -68,7 +69,7 @@ pub fn trace(
     for &sample in rays.sample {
         samples.rays[sample as usize] += 1;
     }
-    if !context.has_veils {
+    if !(context.has_veils || depth == 0 && context.has_fronts) {
         return;
     }
     scratch.passing.clear();
@@ -130,11 +131,15 @@ impl Meeting {
         }
         let scene = context.scene;
         let material = scene.instances.view().material[hit.instance as usize];
-        if !scene.is_veiled(material) {
+        let is_culled = depth == 0 && context.has_fronts && scene.is_culled(&ray, &hit);
+        if !(is_culled || scene.is_veiled(material)) {
             return None;
         }
         let point = surface(&context.geometry, &ray, &hit);
-        let coverage = scene.coverage(material, &point.place(hit.instance, hit.primitive));
+        let coverage = match is_culled {
+            true => 0.0,
+            false => scene.coverage(material, &point.place(hit.instance, hit.primitive)),
+        };
         let is_there = coverage >= 1.0
             || coverage > 0.0 && {
                 let sample = rays.sample[row] as usize;

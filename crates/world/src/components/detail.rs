@@ -16,6 +16,8 @@ pub struct Detail {
     pub bump: Option<Scalar>,
     /// Where the surface is.
     pub opacity: Opacity,
+    /// Whether cameras see its front alone, the side that its normal points to, and through its back. Light meets both sides.
+    pub front_only: bool,
 }
 
 /// Normals in the frame of tangent, bitangent and normal, as glTF has them: components from -1 to 1 are red, green and blue from 0

@@ -42,11 +42,13 @@ pub enum Light {
 }
 
 /// How a point's light weakens with distance.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Falloff {
     /// By the squared distance: physics.
     #[default]
     InverseSquare,
+    /// By the squared distance and softly to nothing at a range in meters, above 0, as KHR_lights_punctual recommends.
+    Within(f32),
     /// Not at all: the intensity counts as the irradiance everywhere.
     None,
 }

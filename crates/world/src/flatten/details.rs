@@ -23,6 +23,7 @@ pub(super) fn row(textures: &mut TextureWriter<'_>, detail: &Detail) -> buffers:
             }
             Opacity::Blend { alpha } => buffers::Opacity::Blend { alpha: textures.scalar(alpha) },
         },
+        front_only: detail.front_only,
     }
 }
 

@@ -85,6 +85,7 @@ fn flatten(light: &Light, place: Affine3A, key: u64) -> Result<Flattened, &'stat
                 intensity,
                 cone_scale: 0.0,
                 cone_offset: 1.0,
+                range: f32::INFINITY,
                 key,
             }));
         }
@@ -101,12 +102,14 @@ fn flatten(light: &Light, place: Affine3A, key: u64) -> Result<Flattened, &'stat
         None => (Vec3::NEG_Z, (0.0, 1.0)),
         Some((inner, outer)) => (axis(place)?, cone(inner, outer)?),
     };
-    let kind = match falloff {
-        Falloff::InverseSquare => LightKind::Point,
-        Falloff::None => LightKind::PointWithoutFalloff,
+    let (kind, range) = match falloff {
+        Falloff::InverseSquare => (LightKind::Point, f32::INFINITY),
+        Falloff::Within(range) if range > 0.0 => (LightKind::Point, range),
+        Falloff::Within(_) => return Err("a light's range must be above 0"),
+        Falloff::None => (LightKind::PointWithoutFalloff, f32::INFINITY),
     };
     let intensity = color(intensity)?;
-    Ok(Flattened::Row(buffers::Light { kind, position, direction, intensity, cone_scale, cone_offset, key }))
+    Ok(Flattened::Row(buffers::Light { kind, position, direction, intensity, cone_scale, cone_offset, range, key }))
 }
 
 fn color(color: Vec3) -> Result<Vec3, &'static str> {

@@ -6,8 +6,7 @@ use glam::Vec3;
 use gltf::json::{Node, Root};
 use serde::Deserialize;
 
-use super::super::{Found, Reporter, broken};
-use crate::diagnostics::Code;
+use super::super::{Found, broken};
 
 const NAME: &str = "KHR_lights_punctual";
 
@@ -64,7 +63,7 @@ fn quarter() -> f32 {
 }
 
 /// The light at a node, if there is one.
-pub(in crate::gltf) fn of_node(root: &Root, reporter: &mut Reporter, node: &Node, path: &str) -> Found<Option<Light>> {
+pub(in crate::gltf) fn of_node(root: &Root, node: &Node, path: &str) -> Found<Option<Light>> {
     let Some(OfNode { light }) = super::read(super::others!(node), NAME, path)? else { return Ok(None) };
     let lights = super::read::<Lights>(super::others!(root), NAME, "")?.map_or(Vec::new(), |lights| lights.lights);
     let Some(found) = lights.get(light) else {
@@ -76,12 +75,14 @@ pub(in crate::gltf) fn of_node(root: &Root, reporter: &mut Reporter, node: &Node
     if !(strength.is_finite() && strength.min_element() >= 0.0) {
         return Err(broken(path, "the light's color and intensity are not finite and 0 or more").into());
     }
-    if found.range.is_some() {
-        let message =
-            "the range of the light is a hint, which is not followed: its light falls off by the squared distance";
-        reporter.note(Code::Decision, format!("{path}.range"), message);
-    }
-    let falloff = Falloff::InverseSquare;
+    let falloff = match found.range {
+        None => Falloff::InverseSquare,
+        Some(range) if range > 0.0 && range.is_finite() => Falloff::Within(range),
+        Some(range) => {
+            let problem = broken(format!("{path}.range"), format!("the range of the light is {range}"));
+            return Err(problem.expected("a number above 0").into());
+        }
+    };
     Ok(Some(match (&found.kind, &found.spot) {
         (Kind::Directional, _) => Light::Directional { irradiance: strength },
         (Kind::Point, _) => Light::Point { intensity: strength, falloff },

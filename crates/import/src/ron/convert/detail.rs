@@ -3,12 +3,12 @@
 use brewster_world::components as world;
 
 use super::texture::{data, map, number};
-use crate::ron::schema::{Material, Opacity};
+use crate::ron::schema::{Material, Opacity, Sides};
 use crate::session::Session;
 
 /// The detail of a material that has one.
 pub(super) fn detail(session: &mut Session, material: &Material) -> Option<world::Detail> {
-    let Material::Detailed { normal, normal_scale, bump, opacity, .. } = material else { return None };
+    let Material::Detailed { normal, normal_scale, bump, opacity, sides, .. } = material else { return None };
     Some(world::Detail {
         normal: match normal {
             Some(texture) => Some(world::NormalMap { texture: data(session, texture)?, scale: *normal_scale }),
@@ -23,5 +23,6 @@ pub(super) fn detail(session: &mut Session, material: &Material) -> Option<world
             Opacity::Mask { alpha, cutoff } => world::Opacity::Mask { alpha: number(session, alpha)?, cutoff: *cutoff },
             Opacity::Blend { alpha } => world::Opacity::Blend { alpha: number(session, alpha)? },
         },
+        front_only: matches!(sides, Sides::Front {}),
     })
 }

@@ -34,10 +34,17 @@ pub(crate) fn material(
 fn plain(session: &mut Session, material: &Spanned<schema::Material>) -> Option<world::Material> {
     let span = material.span;
     let material = bare(session, &material.value, span)?;
-    if let Some(what) = not_rendered(session.integrator, &material) {
-        session.refused.push((span, what));
-    }
+    session.refuse_unless_rendered(&material, span);
     Some(material)
+}
+
+impl Session<'_> {
+    /// Remembers a material that the integrator does not render.
+    pub(crate) fn refuse_unless_rendered(&mut self, material: &world::Material, span: Span) {
+        if let Some(what) = not_rendered(self.integrator, material) {
+            self.refused.push((span, what));
+        }
+    }
 }
 
 /// A material, whatever renders it.

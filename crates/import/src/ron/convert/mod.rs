@@ -158,7 +158,8 @@ fn lens(
 /// A light.
 pub(crate) fn light(session: &mut Session, light: &Spanned<schema::Light>) -> Option<world::Light> {
     let falloff = |falloff: &schema::Falloff| match falloff {
-        schema::Falloff::InverseSquare {} => world::Falloff::InverseSquare,
+        schema::Falloff::InverseSquare { range: None } => world::Falloff::InverseSquare,
+        &schema::Falloff::InverseSquare { range: Some(range) } => world::Falloff::Within(range),
         schema::Falloff::None {} => world::Falloff::None,
     };
     Some(match &light.value {
@@ -227,6 +228,11 @@ pub(crate) fn shape(session: &mut Session, shape: &Spanned<schema::Shape>) -> Op
             world::Shape::Torus { major_radius: *major_radius, minor_radius: *minor_radius }
         }
         schema::Shape::Mesh { .. } => world::Shape::Mesh(triangles(session, shape)?),
+        schema::Shape::Gltf { .. } => {
+            let message = "a glTF file is not one shape: it stands in an entity";
+            session.error(Code::Composition, shape.span, message);
+            return None;
+        }
     };
     Some((shape, Affine3A::IDENTITY))
 }

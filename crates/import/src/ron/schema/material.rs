@@ -192,6 +192,8 @@ schema! {
             bump: Option<Map> as "m" => "(texture: Image(file: \"wood.png\"), factor: 0.01)",
             /// Where the surface is.
             opacity: Opacity = "Opaque" => "Mask(alpha: Map(texture: Image(file: \"wood.png\"), channel: A))",
+            /// Which sides cameras see; they look through the back of a surface that shows its `Front` alone. Light meets both.
+            sides: Sides = "Both" => "Front",
         },
     }
 

@@ -284,6 +284,24 @@ schema! {
             /// cross product of normal and tangent, or -1. Without them texture coordinates tell.
             tangents: Option<Spanned<Vec<[f32; 4]>>> => "[(1, 0, 0, 1), (1, 0, 0, 1), (1, 0, 0, 1)]",
         },
+        /// What is in a glTF file, or a part of it: its nodes with their meshes, materials and lights. It stands in an entity, not
+        /// among `shapes`. A `material` beside it is worn by all of it. For `Path`, unless all materials are others.
+        Gltf {
+            /// A file whose name ends in .gltf or .glb, seen from the folder of the scene file.
+            file: Spanned<String> => "\"helmet.glb\"",
+            /// The name of a node: it and what is below it, where they stand in the file.
+            node: Option<Spanned<String>> => "\"Visor\"",
+            /// Materials in the place of those of the file, by the names that they have there.
+            materials: Named<Reference<Material>> = "{}" => "{\"Paint\": Lambert(albedo: (0.6, 0.1, 0.1)), \"Glass\": \"green glass\"}",
+            /// The file's scene, by name or number; its default one where absent.
+            scene: Option<String> => "\"Garage\"",
+            /// The variant of its materials, by name or number.
+            variant: Option<String> => "\"Midnight\"",
+            /// The animation, by name or number, or \"all\"; the first where absent.
+            animation: Option<String> => "\"Drive\"",
+            /// The moment of the animation; without it nodes stand as they do without any.
+            time: Option<f32> as "s" => "1.5",
+        },
     }
 
     /// Something in the scene: it is what its fields make it.
@@ -365,7 +383,10 @@ schema! {
     /// How a point's light weakens with distance.
     choice Falloff {
         /// By the squared distance.
-        InverseSquare {},
+        InverseSquare {
+            /// Where it has come to nothing, softly, as glTF has it.
+            range: Option<f32> as "m" where LENGTH => "10",
+        },
         /// Not at all.
         None {},
     }
@@ -404,5 +425,18 @@ schema! {
         scale: Option<Spanned<Scale>> => "0.5",
         /// The three upper rows of a matrix, in place of the others.
         transform: Option<Spanned<[[f32; 4]; 3]>> => "((1, 0, 0, 0), (0, 1, 0, 2), (0, 0, 1, 0))",
+    }
+}
+
+impl Entity {
+    /// The glTF file that is its shape, if one is, and the materials in the place of that file's.
+    pub(crate) fn model(&self) -> Option<(&Spanned<Shape>, &Named<Reference<Material>>)> {
+        match &self.shape {
+            Some(Reference::InPlace(shape)) => match &shape.value {
+                Shape::Gltf { materials, .. } => Some((shape, materials)),
+                _ => None,
+            },
+            _ => None,
+        }
     }
 }
