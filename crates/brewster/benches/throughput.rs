@@ -9,7 +9,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use brewster::film::Film;
-use brewster::geometry::{MeshTree, TriangleMesh};
+use brewster::geometry::{MeshTree, TreeBuilder, TriangleMesh};
 use brewster::wavefront::{Control, Stage, Stats};
 use brewster::world::Scene;
 use brewster::world::components::{Color, Material, Shape, Transform, UsesMaterial, UsesShape};
@@ -68,7 +68,7 @@ fn tree(rounds: usize) {
     let mesh = Arc::new(hills(708));
     let times = (0..rounds).map(|_| {
         let start = Instant::now();
-        let tree = MeshTree::build(mesh.clone()).expect("the mesh is whole");
+        let tree = MeshTree::build(mesh.clone(), TreeBuilder::default()).expect("the mesh is whole");
         let time = start.elapsed();
         tree.validate().expect("the tree holds every triangle");
         (time, tree.bytes())

@@ -264,7 +264,7 @@ fn can_be_met(settings: &Settings) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use brewster_geometry::{ShapeKind, ShapeRef, Sphere, TopTree};
+    use brewster_geometry::{ShapeKind, ShapeRef, Sphere, TopTree, TreeBuilder};
 
     use super::*;
     use crate::{Instance, Lambert, LightKind, MaterialId, Texture};
@@ -292,7 +292,7 @@ mod tests {
                 key,
             });
         }
-        buffers.trees.top = TopTree::build(&buffers.geometry().instances()).unwrap();
+        buffers.trees.top = TopTree::build(&buffers.geometry().instances(), TreeBuilder::default()).unwrap();
         buffers.lights.push(Light {
             kind: LightKind::Point,
             position: Vec3::Y,

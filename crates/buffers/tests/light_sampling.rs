@@ -70,7 +70,8 @@ const CHECKER: Texture = Texture::Checker { a: Vec3::new(4.0, 2.0, 1.0), b: Vec3
 /// One emissive shape in one place.
 fn scene(shape: ShapeRef, at: Affine3A, two_sided: bool) -> SceneBuffers {
     let mut scene = SceneBuffers { shapes: table().0, ..Default::default() };
-    scene.trees.meshes = scene.shapes.meshes.iter().map(|mesh| MeshTree::build(mesh.clone()).unwrap()).collect();
+    scene.trees.meshes =
+        scene.shapes.meshes.iter().map(|mesh| MeshTree::build(mesh.clone(), TreeBuilder::default()).unwrap()).collect();
     scene.textures.rows.push(CHECKER);
     scene.materials.rows.push(MaterialRow { kind: MaterialKind::Emissive, row: 0, key: 0, detail: DetailId::NONE });
     let radiance = ColorSource { factor: Vec3::ONE, texture: TextureId(0) };
@@ -88,7 +89,7 @@ fn place(scene: &mut SceneBuffers, shape: ShapeRef, at: Affine3A, material: Mate
 }
 
 fn finish(scene: &mut SceneBuffers) {
-    scene.trees.top = TopTree::build(&scene.geometry().instances()).unwrap();
+    scene.trees.top = TopTree::build(&scene.geometry().instances(), TreeBuilder::default()).unwrap();
     scene.emitters = Emitters::new(scene);
     scene.validate().unwrap();
 }
@@ -336,7 +337,7 @@ fn triangles_are_drawn_where_their_texture_shines() {
     let at = placed(Vec3::new(2.0, 1.0, 1.0), Vec3::new(3.0, 0.0, -2.0));
     let mut scene = scene(ShapeRef { kind: ShapeKind::Mesh, row: 0 }, at, true);
     scene.shapes.meshes[0] = Arc::new(sheet);
-    scene.trees.meshes[0] = MeshTree::build(scene.shapes.meshes[0].clone()).unwrap();
+    scene.trees.meshes[0] = MeshTree::build(scene.shapes.meshes[0].clone(), TreeBuilder::default()).unwrap();
     scene.textures.rows[0] = Texture::Image(ImageTexture::new(image));
     finish(&mut scene);
 

@@ -4,7 +4,7 @@
 //! Expected sums are taken over all lights, one by one.
 
 use brewster_buffers::*;
-use brewster_geometry::{Affine, Quad, ShapeKind, ShapeRef, TopTree};
+use brewster_geometry::{Affine, Quad, ShapeKind, ShapeRef, TopTree, TreeBuilder};
 use glam::{Affine3A, Quat, Vec2, Vec3};
 
 /// SplitMix64.
@@ -111,7 +111,7 @@ fn panels_add_up_to_all_of_them() {
         let material = MaterialId(u32::from(key.is_multiple_of(3)));
         scene.instances.push(Instance { object_to_world, world_to_object, shape, material, key });
     }
-    scene.trees.top = TopTree::build(&scene.geometry().instances()).unwrap();
+    scene.trees.top = TopTree::build(&scene.geometry().instances(), TreeBuilder::default()).unwrap();
     scene.emitters = Emitters::new(&scene);
     scene.validate().unwrap();
     assert_eq!(scene.emitters.len(), 150);

@@ -73,7 +73,7 @@ fn main() {
     let mut built: Vec<f64> = Vec::new();
     let tree = loop {
         let begin = Instant::now();
-        let tree = MeshTree::build(mesh.clone()).expect("the mesh is sound");
+        let tree = MeshTree::build(mesh.clone(), TreeBuilder::default()).expect("the mesh is sound");
         built.push(begin.elapsed().as_secs_f64());
         if built.len() == 3 {
             break tree;

@@ -65,6 +65,7 @@ impl Aabb {
     }
 
     /// The smallest box in f32 around one in f64.
+    #[inline]
     pub fn outward(min: DVec3, max: DVec3) -> Aabb {
         let down = |x: f64| if (x as f32) as f64 > x { (x as f32).next_down() } else { x as f32 };
         let up = |x: f64| if ((x as f32) as f64) < x { (x as f32).next_up() } else { x as f32 };

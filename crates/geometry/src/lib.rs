@@ -17,7 +17,7 @@
 //! let object_to_world = [Affine::translation(Vec3::new(0.0, 3.0, 0.0))];
 //! let world_to_object = [object_to_world[0].inverse()?];
 //! let instances = Instances { world_to_object: &world_to_object, shapes: &shapes, table: &table, mesh_trees: &[] };
-//! let (top, planes) = (TopTree::build(&instances)?, instances.planes());
+//! let (top, planes) = (TopTree::build(&instances, TreeBuilder::default())?, instances.planes());
 //! let scene = SceneGeometry {
 //!     object_to_world: &object_to_world,
 //!     world_to_object: &world_to_object,
@@ -82,5 +82,5 @@ pub use surface::{SurfacePoint, meets_front, offset_origin, surface};
 pub use torus::Torus;
 pub use transform::{Affine, TransformError};
 pub use traverse::{closest_hits, occluded};
-pub use tree::{Instances, MeshTree, TopTree, TreeError};
+pub use tree::{Instances, MeshTree, TopTree, TreeBuilder, TreeError};
 pub use triangle::intersect_triangle;

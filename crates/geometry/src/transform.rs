@@ -89,6 +89,7 @@ impl Affine {
     }
 
     /// The inverse's linear part and translation.
+    #[inline]
     pub(crate) fn inverse_f64(&self) -> Option<(DMat3, DVec3)> {
         let (linear, translation) = self.to_f64();
         let volume = linear.x_axis.length() * linear.y_axis.length() * linear.z_axis.length();
@@ -174,6 +175,7 @@ impl Affine {
 }
 
 /// The smallest box around a mapped box; empty stays empty.
+#[inline]
 pub(crate) fn bounds_f64(linear: &DMat3, translation: DVec3, aabb: &Aabb) -> Aabb {
     if aabb.is_empty() {
         return Aabb::EMPTY;

@@ -11,6 +11,8 @@ fn with_threads<T: Send>(threads: usize, work: impl FnOnce() -> T + Send) -> T {
     rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap().install(work)
 }
 
+const BUILDERS: [TreeBuilder; 2] = [TreeBuilder::Binned, TreeBuilder::Clustered];
+
 /// Meshes with many equal boxes and areas are where an order could be open.
 #[test]
 fn threads_change_no_tree() {
@@ -24,10 +26,10 @@ fn threads_change_no_tree() {
     };
     for mesh in [ball(6, hills), doubled, same, soup(&mut random, 20_000, 0.1)] {
         let mesh = Arc::new(mesh);
-        let expected = with_threads(1, || MeshTree::build(mesh.clone()).unwrap());
-        expected.validate().unwrap();
-        for threads in [2, 7] {
-            assert!(with_threads(threads, || MeshTree::build(mesh.clone()).unwrap()) == expected, "{threads} threads");
+        for builder in BUILDERS {
+            let build = |threads| with_threads(threads, || MeshTree::build(mesh.clone(), builder).unwrap());
+            build(1).validate().unwrap();
+            assert!([2, 7].into_iter().all(|threads| build(threads) == build(1)), "{builder:?}");
         }
     }
     let (mut scene, shapes) = Scene::with_every_analytic_shape();
@@ -35,10 +37,10 @@ fn threads_change_no_tree() {
         let at = Vec3::new((i % 100) as f32, 0.0, (i / 100) as f32) * 2.0;
         scene.place(shapes[i % shapes.len()], Affine3A::from_translation(at));
     }
-    let expected = with_threads(1, || TopTree::build(&scene.instances()).unwrap());
-    expected.validate(&scene.instances()).unwrap();
-    for threads in [2, 7] {
-        assert!(with_threads(threads, || TopTree::build(&scene.instances()).unwrap()) == expected, "{threads} threads");
+    for builder in BUILDERS {
+        let build = |threads| with_threads(threads, || TopTree::build(&scene.instances(), builder).unwrap());
+        build(1).validate(&scene.instances()).unwrap();
+        assert!([2, 7].into_iter().all(|threads| build(threads) == build(1)), "{builder:?}");
     }
 }
 
@@ -50,12 +52,17 @@ fn rows_and_heaps_of_equal_things_are_built_in_time() {
         for i in 0..50_000 {
             scene.place(shapes[0], Affine3A::from_translation(step * i as f32));
         }
-        TopTree::build(&scene.instances()).unwrap().validate(&scene.instances()).unwrap();
+        for builder in BUILDERS {
+            TopTree::build(&scene.instances(), builder).unwrap().validate(&scene.instances()).unwrap();
+        }
     }
     let positions = (0..100_002).map(|i| Vec3::new((i / 2) as f32, (i % 2) as f32, 0.0)).collect();
     let triangles = (0..100_000).map(|i| [i, i + 1, i + 2]).collect();
     let ribbon = TriangleMesh { positions, triangles, ..Default::default() };
-    MeshTree::build(Arc::new(ribbon)).unwrap().validate().unwrap();
+    let ribbon = Arc::new(ribbon);
+    for builder in BUILDERS {
+        MeshTree::build(ribbon.clone(), builder).unwrap().validate().unwrap();
+    }
 }
 
 /// The documented figures.
@@ -63,16 +70,18 @@ fn rows_and_heaps_of_equal_things_are_built_in_time() {
 fn memory_is_as_stated() {
     let mesh = Arc::new(ball(6, hills));
     let triangles = mesh.triangles.len();
-    let ordinary = MeshTree::build(mesh).unwrap().bytes() as f64 / triangles as f64;
-    assert!(ordinary < 52.0, "{ordinary} bytes a triangle");
-    let soup = MeshTree::build(Arc::new(soup(&mut Random(2), 20_000, 0.1))).unwrap().bytes() as f64 / 20_000.0;
+    let ordinary = MeshTree::build(mesh, TreeBuilder::default()).unwrap().bytes() as f64 / triangles as f64;
+    assert!(ordinary < 46.0, "{ordinary} bytes a triangle");
+    let soup = MeshTree::build(Arc::new(soup(&mut Random(2), 20_000, 0.1)), TreeBuilder::default()).unwrap().bytes()
+        as f64
+        / 20_000.0;
     assert!(soup < 200.0, "{soup} bytes a triangle that shares nothing");
     let (mut scene, shapes) = Scene::with_every_analytic_shape();
     let mut random = Random(3);
     for _ in 0..20_000 {
         scene.place(shapes[0], Affine3A::from_translation(random.cube() * 100.0));
     }
-    let top = TopTree::build(&scene.instances()).unwrap().bytes() as f64 / 20_000.0;
+    let top = TopTree::build(&scene.instances(), TreeBuilder::default()).unwrap().bytes() as f64 / 20_000.0;
     assert!(top < 80.0, "{top} bytes an instance");
 }
 
@@ -97,7 +106,7 @@ fn bad_instances_are_errors() {
     let check = |change: fn(&mut Scene), expected: TreeError| {
         let mut scene = scene.clone();
         change(&mut scene);
-        assert_eq!(TopTree::build(&scene.instances()), Err(expected));
+        assert_eq!(TopTree::build(&scene.instances(), TreeBuilder::default()), Err(expected));
         let mut top = scene.top.clone();
         assert_eq!(top.refit(&scene.instances(), &[0]), Err(expected));
         assert!(top == scene.top, "an error leaves the tree as it was");

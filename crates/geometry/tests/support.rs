@@ -87,7 +87,7 @@ impl Scene {
 
     pub(crate) fn mesh(&mut self, mesh: TriangleMesh) -> ShapeRef {
         let mesh = Arc::new(mesh);
-        self.mesh_trees.push(MeshTree::build(mesh.clone()).unwrap());
+        self.mesh_trees.push(MeshTree::build(mesh.clone(), TreeBuilder::default()).unwrap());
         self.table.meshes.push(mesh);
         ShapeRef { kind: ShapeKind::Mesh, row: self.table.meshes.len() as u32 - 1 }
     }
@@ -106,7 +106,7 @@ impl Scene {
     }
 
     pub(crate) fn built(mut self) -> Scene {
-        self.top = TopTree::build(&self.instances()).unwrap();
+        self.top = TopTree::build(&self.instances(), TreeBuilder::default()).unwrap();
         self.planes = self.instances().planes();
         self.geometry().validate().unwrap();
         self

@@ -6,9 +6,10 @@ use bevy_ecs::name::Name;
 use bevy_ecs::schedule::Schedule;
 use bevy_ecs::world::{EntityWorldMut, World};
 use brewster_buffers::SceneBuffers;
+use brewster_geometry::TreeBuilder;
 
 use crate::components::{SceneKey, Transform};
-use crate::flatten::{self, Buffers, FlattenReport};
+use crate::flatten::{self, Buffers, Builder, FlattenReport};
 
 /// A scene as entities, and as the columns that [`Scene::flatten`] last wrote.
 ///
@@ -28,11 +29,17 @@ impl Default for Scene {
 impl Scene {
     /// A scene with nothing in it, and default settings.
     pub fn new() -> Scene {
+        Scene::with_tree_builder(TreeBuilder::default())
+    }
+
+    /// A scene with nothing in it, whose trees are built in some way.
+    pub fn with_tree_builder(builder: TreeBuilder) -> Scene {
         let mut world = World::new();
         // A group needs no components of its own: it stands where its transform says, or where its parent is.
         world.register_required_components::<ChildOf, Transform>();
         world.register_required_components::<Children, Transform>();
         flatten::init_resources(&mut world);
+        world.insert_resource(Builder(builder));
         Scene { world, schedule: flatten::schedule() }
     }
 

@@ -5,61 +5,52 @@
 //! 1, 2, … 7 wide subtrees follows from its children's: Wald, Benthin, Boulos, "Getting Rid of Packets" (2008), made exact by
 //! dynamic programming as in Ylitie, Karras, Laine (HPG 2017).
 
-use super::binary::Binary;
+use super::binary::{Binary, Leaf};
 use super::node::{LEAF, Node};
-use crate::aabb::Aabb;
 
 /// Nodes of a wide tree; the root is the first.
 pub(crate) struct Wide {
     pub(crate) nodes: Vec<Node>,
     /// Entries that the deepest traversal keeps on its stack.
     pub(crate) stack: usize,
+    /// The leaves.
+    pub(crate) leaves: Vec<Leaf>,
+    /// The items, of which each leaf has some neighbors.
+    pub(crate) items: Vec<u32>,
 }
 
-/// What leaves are made of.
-pub(crate) trait Leaves {
-    /// Most items in a leaf.
-    const MOST: usize;
-    /// The box of an item.
-    fn bounds(&self, item: u32) -> Aabb;
-    /// Whether these items, two or more, may share a leaf.
-    fn fits(&self, items: &[u32]) -> bool;
-    /// Makes the next leaf and gives its number.
-    fn make(&mut self, items: &[u32]) -> u32;
+impl Wide {
+    /// The items of a leaf.
+    pub(crate) fn items_of(&self, leaf: &Leaf) -> &[u32] {
+        &self.items[leaf.first as usize..][..leaf.count as usize]
+    }
 }
 
-/// For every binary node: the cost of its subtree as at most 1 to 7 wide subtrees, and whether it becomes one leaf.
-struct Plan<'a, L> {
+/// For every binary node: the cost of its subtree as at most 1 to 7 wide subtrees.
+struct Plan<'a> {
     binary: &'a Binary,
-    leaves: &'a mut L,
     cost: Vec<[f32; 7]>,
-    /// The number of items; 0 if the node does not become a leaf.
-    leaf: Vec<u8>,
 }
 
 /// Collapses a binary tree.
-pub(crate) fn collapse(binary: &Binary, leaves: &mut impl Leaves) -> Wide {
-    let nodes = binary.nodes.len();
-    let mut plan = Plan { binary, leaves, cost: vec![[0.0; 7]; nodes], leaf: vec![0; nodes] };
+pub(crate) fn collapse(binary: Binary) -> Wide {
+    let mut plan = Plan { binary: &binary, cost: vec![[0.0; 7]; binary.nodes.len()] };
     plan.price();
-    plan.emit()
+    let wide = plan.emit();
+    Wide { items: binary.items, ..wide }
 }
 
 /// The tree over nothing.
 pub(crate) fn nothing() -> Wide {
-    Wide { nodes: vec![Node::EMPTY], stack: 1 }
+    Wide { nodes: vec![Node::EMPTY], stack: 1, leaves: Vec::new(), items: Vec::new() }
 }
 
-impl<L: Leaves> Plan<'_, L> {
-    fn is_leaf(&self, reference: u32) -> bool {
-        reference & LEAF != 0 || self.leaf[reference as usize] != 0
-    }
-
+impl Plan<'_> {
     /// The costs of a subtree as at most 1 to 7 wide ones.
     #[inline(always)]
     fn costs(&self, reference: u32) -> [f32; 7] {
         if reference & LEAF != 0 {
-            [self.leaves.bounds(reference & !LEAF).half_area(); 7]
+            [self.binary.leaf(reference).bounds.half_area(); 7]
         } else {
             self.cost[reference as usize]
         }
@@ -68,11 +59,18 @@ impl<L: Leaves> Plan<'_, L> {
     /// The costs of the children of a node together, as at most 2 to 8 wide subtrees: what is at `places` is for so many.
     fn shares(&self, node: u32) -> [f32; 9] {
         let [a, b] = self.binary.nodes[node as usize].children;
-        let (a, b) = (self.costs(a), self.costs(b));
+        let (first, second) = (self.costs(a), self.costs(b));
         let mut shares = [f32::INFINITY; 9];
-        for first in 1..8 {
-            for second in 1..9 - first {
-                shares[first + second] = shares[first + second].min(a[first - 1] + b[second - 1]);
+        if a & LEAF != 0 {
+            // A leaf costs the same however many places it may take.
+            (2..9).for_each(|places| shares[places] = first[0] + second[places - 2]);
+        } else if b & LEAF != 0 {
+            (2..9).for_each(|places| shares[places] = first[places - 2] + second[0]);
+        } else {
+            for taken in 1..8 {
+                for rest in 1..9 - taken {
+                    shares[taken + rest] = shares[taken + rest].min(first[taken - 1] + second[rest - 1]);
+                }
             }
         }
         shares
@@ -93,47 +91,14 @@ impl<L: Leaves> Plan<'_, L> {
     }
 
     fn price(&mut self) {
-        let mut items = Vec::with_capacity(8);
-        let mut count = vec![0u8; self.binary.nodes.len()];
         for node in (0..self.binary.nodes.len()).rev() {
-            let half_area = self.binary.nodes[node].half_area;
-            let below = |child: u32| if child & LEAF != 0 { 1 } else { count[child as usize] as usize };
-            let [a, b] = self.binary.nodes[node].children.map(below);
-            count[node] = (a + b).min(255) as u8;
-            let mut fits = a + b <= L::MOST;
-            if fits {
-                self.gather(node as u32, &mut items);
-                fits = self.leaves.fits(&items);
-            }
             let shares = self.shares(node as u32);
-            let inner = half_area + shares.into_iter().fold(f32::INFINITY, f32::min);
-            let leaf = if fits { half_area } else { f32::INFINITY };
-            if leaf <= inner {
-                self.leaf[node] = count[node];
-            }
-            let mut cost = [leaf.min(inner); 7];
+            let inner = self.binary.nodes[node].half_area + shares.into_iter().fold(f32::INFINITY, f32::min);
+            let mut cost = [inner; 7];
             for places in 2..8 {
                 cost[places - 1] = cost[places - 2].min(shares[places]);
             }
             self.cost[node] = cost;
-        }
-    }
-
-    /// The items below a reference, in order.
-    fn gather(&self, reference: u32, items: &mut Vec<u32>) {
-        items.clear();
-        if reference & LEAF != 0 {
-            items.push(reference & !LEAF);
-            return;
-        }
-        let mut todo = vec![reference];
-        while let Some(reference) = todo.pop() {
-            if reference & LEAF != 0 {
-                items.push(reference & !LEAF);
-            } else {
-                let [a, b] = self.binary.nodes[reference as usize].children;
-                todo.extend([b, a]);
-            }
         }
     }
 
@@ -160,17 +125,20 @@ impl<L: Leaves> Plan<'_, L> {
             let [a, b] = self.binary.nodes[reference as usize].children;
             todo.extend([(b, places - first, false), (a, first, false)]);
         }
-        children.sort_by_key(|&child| self.is_leaf(child));
+        children.sort_by_key(|&child| child & LEAF);
     }
 
     /// Writes the nodes: children of a node are neighbors, and whole subtrees follow one another.
-    fn emit(&mut self) -> Wide {
-        let mut nodes = vec![Node::EMPTY];
-        let (mut children, mut items, mut open) = (Vec::with_capacity(8), Vec::with_capacity(8), Vec::with_capacity(8));
+    fn emit(&self) -> Wide {
+        // Each node has two children or more: so many are enough, and what is not touched takes no memory.
+        let mut nodes = Vec::with_capacity(self.binary.leaves.len());
+        nodes.push(Node::EMPTY);
+        let mut leaves = Vec::with_capacity(self.binary.leaves.len());
+        let (mut children, mut open) = (Vec::with_capacity(8), Vec::with_capacity(8));
         let mut todo = vec![(self.binary.root, 0usize)];
         while let Some((reference, here)) = todo.pop() {
             // Only a root can be a leaf here.
-            if self.is_leaf(reference) {
+            if reference & LEAF != 0 {
                 children.clear();
                 children.push(reference);
             } else {
@@ -178,11 +146,10 @@ impl<L: Leaves> Plan<'_, L> {
             }
             let first = nodes.len();
             for (place, &child) in children.iter().enumerate() {
-                nodes[here].children[place] = if self.is_leaf(child) {
-                    self.gather(child, &mut items);
-                    let bounds = items.iter().fold(Aabb::EMPTY, |all, &item| all.union(&self.leaves.bounds(item)));
-                    nodes[here].set_bounds(place, &bounds);
-                    LEAF | self.leaves.make(&items)
+                nodes[here].children[place] = if child & LEAF != 0 {
+                    nodes[here].set_bounds(place, &self.binary.leaf(child).bounds);
+                    leaves.push(*self.binary.leaf(child));
+                    LEAF | (leaves.len() - 1) as u32
                 } else {
                     nodes.push(Node { parent: (here << 3 | place) as u32, ..Node::EMPTY });
                     (nodes.len() - 1) as u32
@@ -198,7 +165,7 @@ impl<L: Leaves> Plan<'_, L> {
             nodes[parent].set_bounds(place, &bounds);
         }
         let stack = stack_of(&nodes);
-        Wide { nodes, stack }
+        Wide { nodes, stack, leaves, items: Vec::new() }
     }
 }
 

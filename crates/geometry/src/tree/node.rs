@@ -69,8 +69,8 @@ impl Patch {
     }
 
     /// Puts triangles in a patch, if there are at most eight and they have at most eight different vertices.
-    pub(crate) fn pack(triangles: impl Iterator<Item = [Vec3; 3]>, first: u32) -> Option<Patch> {
-        let mut patch = Patch { vertices: [[0.0; 8]; 3], corners: [[0; 8]; 3], first, triangles: 0 };
+    pub(crate) fn pack(triangles: impl Iterator<Item = [Vec3; 3]>) -> Option<Patch> {
+        let mut patch = Patch { vertices: [[0.0; 8]; 3], corners: [[0; 8]; 3], first: 0, triangles: 0 };
         let mut known = [Vec3::NAN; 8];
         let mut vertices = 0;
         for corners in triangles {
@@ -113,12 +113,12 @@ mod tests {
     fn patches_share_vertices() {
         let at = |i: usize| Vec3::new(i as f32, (i % 2) as f32, 0.0);
         let strip = |n: usize| (0..n).map(|i| [at(i), at(i + 1), at(i + 2)]);
-        let patch = Patch::pack(strip(6), 40).unwrap();
-        assert_eq!((patch.first, patch.triangles), (40, 6));
+        let patch = Patch::pack(strip(6)).unwrap();
+        assert_eq!(patch.triangles, 6);
         for (triangle, corners) in strip(6).enumerate() {
             assert_eq!([0, 1, 2].map(|c| patch.corner(triangle, c)), corners);
         }
-        assert!(Patch::pack(strip(7), 0).is_none(), "nine vertices");
-        assert!(Patch::pack((0..9).map(|_| [at(0), at(1), at(2)]), 0).is_none(), "nine triangles");
+        assert!(Patch::pack(strip(7)).is_none(), "nine vertices");
+        assert!(Patch::pack((0..9).map(|_| [at(0), at(1), at(2)])).is_none(), "nine triangles");
     }
 }

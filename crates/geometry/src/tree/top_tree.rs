@@ -2,8 +2,8 @@
 
 use rayon::prelude::*;
 
-use super::binary::Binary;
-use super::collapse::{Leaves, collapse, nothing, validate};
+use super::binary::{Binary, Grouping, TreeBuilder};
+use super::collapse::{collapse, nothing, validate};
 use super::mesh_tree::MeshTree;
 use super::node::{LEAF, Node};
 use super::pages::in_large_pages;
@@ -174,7 +174,7 @@ impl Placed {
 
 impl TopTree {
     /// Builds a tree. The result does not depend on the number of threads.
-    pub fn build(instances: &Instances<'_>) -> Result<TopTree, TreeError> {
+    pub fn build(instances: &Instances<'_>, builder: TreeBuilder) -> Result<TopTree, TreeError> {
         instances.check_lengths()?;
         let all: Vec<Result<Option<Placed>, TreeError>> =
             (0..instances.len() as u32).into_par_iter().map(|instance| instances.place(instance)).collect();
@@ -189,13 +189,18 @@ impl TopTree {
         let distortion = placed.iter().fold(0.0, |most: f32, place| most.max(place.distortion));
         let boxes: Vec<Aabb> = placed.iter().map(|place| place.padded(starts)).collect();
         let reach = boxes.iter().fold(0.0, |reach: f32, aabb| reach.max(aabb.reach()));
-        let mut placing = Placing { boxes: &boxes, items: &items };
-        let wide = if boxes.is_empty() { nothing() } else { collapse(&Binary::build(&boxes), &mut placing) };
+        let mut wide = match &*boxes {
+            [] => nothing(),
+            boxes => collapse(Binary::build(builder, &Grouping { boxes, fits: |_: &[u32]| false, most: 1 })),
+        };
         let mut places = vec![NOWHERE; instances.len()];
-        for (index, node) in wide.nodes.iter().enumerate() {
-            for (place, child) in node.children[..node.count as usize].iter().enumerate() {
-                if child & LEAF != 0 {
-                    places[(child & !LEAF) as usize] = (index << 3 | place) as u32;
+        for (index, node) in wide.nodes.iter_mut().enumerate() {
+            for (place, child) in node.children[..node.count as usize].iter_mut().enumerate() {
+                if *child & LEAF != 0 {
+                    let leaf = wide.leaves[(*child & !LEAF) as usize];
+                    let instance = items[wide.items[leaf.first as usize] as usize];
+                    *child = LEAF | instance;
+                    places[instance as usize] = (index << 3 | place) as u32;
                 }
             }
         }
@@ -306,27 +311,5 @@ impl TopTree {
             leaves -= 1;
         }
         if leaves == 0 { Ok(()) } else { Err(format!("{leaves} leaves too many")) }
-    }
-}
-
-/// Instances on their way into leaves, one in each.
-struct Placing<'a> {
-    boxes: &'a [Aabb],
-    items: &'a [u32],
-}
-
-impl Leaves for Placing<'_> {
-    const MOST: usize = 1;
-
-    fn bounds(&self, item: u32) -> Aabb {
-        self.boxes[item as usize]
-    }
-
-    fn fits(&self, _items: &[u32]) -> bool {
-        false
-    }
-
-    fn make(&mut self, items: &[u32]) -> u32 {
-        self.items[items[0] as usize]
     }
 }

@@ -7,7 +7,7 @@ use std::collections::HashMap;
 use std::sync::Arc;
 use std::time::Instant;
 
-use brewster_geometry::{MeshError, MeshTree, TriangleMesh};
+use brewster_geometry::{MeshError, MeshTree, TreeBuilder, TriangleMesh};
 
 use super::report::MeshTreeEdits;
 
@@ -17,13 +17,14 @@ pub(super) struct MeshRows {
     earlier: HashMap<usize, MeshTree>,
     rows: HashMap<usize, Result<u32, MeshError>>,
     trees: Vec<MeshTree>,
+    builder: TreeBuilder,
     edits: MeshTreeEdits,
 }
 
 impl MeshRows {
-    pub(super) fn new(earlier: Vec<MeshTree>) -> MeshRows {
+    pub(super) fn new(earlier: Vec<MeshTree>, builder: TreeBuilder) -> MeshRows {
         let earlier = earlier.into_iter().map(|tree| (address(tree.mesh()), tree)).collect();
-        MeshRows { earlier, rows: HashMap::new(), trees: Vec::new(), edits: MeshTreeEdits::default() }
+        MeshRows { earlier, rows: HashMap::new(), trees: Vec::new(), builder, edits: MeshTreeEdits::default() }
     }
 
     /// The row of a mesh; builds its tree if there is none.
@@ -46,7 +47,7 @@ impl MeshRows {
 
     fn build(&mut self, mesh: &Arc<TriangleMesh>) -> Result<MeshTree, MeshError> {
         let start = Instant::now();
-        let tree = MeshTree::build(mesh.clone())?;
+        let tree = MeshTree::build(mesh.clone(), self.builder)?;
         self.edits.built += 1;
         self.edits.triangles += mesh.triangles.len();
         self.edits.time += start.elapsed();

@@ -29,6 +29,8 @@ use self::report::{Clock, timed};
 use crate::components::{Background, Settings};
 use crate::systems::{FreeKey, Moved, assign_keys, propagate_transforms};
 
+pub(crate) use self::trees::Builder;
+
 pub use self::report::{EmittersEdit, FlattenReport, Invalid, MeshTreeEdits, Problem, RowEdits, TopTreeEdit};
 
 /// The columns that flattening keeps up to date.
@@ -86,6 +88,7 @@ pub(crate) fn init_resources(world: &mut World) {
     world.init_resource::<instances::InstanceIndex>();
     world.init_resource::<lights::LightIndex>();
     world.init_resource::<camera::CameraIndex>();
+    world.init_resource::<Builder>();
     world.init_resource::<trees::Wear>();
     world.init_resource::<FlattenReport>();
     world.init_resource::<Clock>();

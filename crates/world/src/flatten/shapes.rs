@@ -12,14 +12,14 @@ use bevy_ecs::resource::Resource;
 use bevy_ecs::system::{Query, Res, ResMut};
 use brewster_buffers::SceneBuffers;
 use brewster_geometry as geometry;
-use brewster_geometry::{Analytic, ShapeError, ShapeKind, ShapeRef, ShapeTable};
+use brewster_geometry::{Analytic, ShapeError, ShapeKind, ShapeRef, ShapeTable, TreeBuilder};
 
 use super::directory::{Directory, Owner};
 use super::instances::{InstanceIndex, Source};
 use super::meshes::MeshRows;
 use super::report::{FlattenReport, Problem, RowEdits};
 use super::rows::Rows;
-use super::{Buffers, Edits};
+use super::{Buffers, Builder, Edits};
 use crate::components::{SceneKey, Shape};
 use crate::systems::{Watch, for_each_changed};
 
@@ -90,6 +90,7 @@ fn keeps_row(shape: &Shape, old: ShapeRef, table: &ShapeTable) -> bool {
 /// Where shapes came or went: writes the whole table over and gives instances the new rows of their shapes.
 pub(super) fn regroup_shapes(
     shapes: Query<(Entity, &SceneKey, &Shape)>,
+    builder: Res<Builder>,
     mut index: ResMut<ShapeIndex>,
     mut instances: ResMut<InstanceIndex>,
     mut edits: ResMut<Edits>,
@@ -107,7 +108,7 @@ pub(super) fn regroup_shapes(
     index.directory.invalid.clear();
     index.shapes.clear();
     let mut owners = Vec::with_capacity(sorted.len());
-    let mut writer = TableWriter::new(&mut buffers.0);
+    let mut writer = TableWriter::new(&mut buffers.0, builder.0);
     for (owner, shape) in sorted {
         match writer.write(shape) {
             Ok(shape) => {
@@ -201,9 +202,9 @@ struct TableWriter<'a> {
 }
 
 impl TableWriter<'_> {
-    fn new(buffers: &mut SceneBuffers) -> TableWriter<'_> {
+    fn new(buffers: &mut SceneBuffers, builder: TreeBuilder) -> TableWriter<'_> {
         let before = ShapeKind::ALL.map(|kind| buffers.shapes.len(kind));
-        let meshes = MeshRows::new(std::mem::take(&mut buffers.trees.meshes));
+        let meshes = MeshRows::new(std::mem::take(&mut buffers.trees.meshes), builder);
         TableWriter { buffers, meshes, written: [0; 9], before, edits: RowEdits::default() }
     }
 

@@ -2,11 +2,15 @@
 //! as that leaves a good tree.
 
 use bevy_ecs::resource::Resource;
-use bevy_ecs::system::ResMut;
-use brewster_geometry::TopTree;
+use bevy_ecs::system::{Res, ResMut};
+use brewster_geometry::{TopTree, TreeBuilder};
 
 use super::report::{FlattenReport, TopTreeEdit};
 use super::{Buffers, Edits};
+
+/// How trees are built.
+#[derive(Resource, Default)]
+pub(crate) struct Builder(pub(crate) TreeBuilder);
 
 /// How the top tree has worn.
 #[derive(Resource, Default)]
@@ -29,6 +33,7 @@ const LOOK_EVERY: usize = 1000;
 
 /// Has the top tree follow the instances.
 pub(super) fn fit_top_tree(
+    builder: Res<Builder>,
     mut edits: ResMut<Edits>,
     mut wear: ResMut<Wear>,
     mut buffers: ResMut<Buffers>,
@@ -52,7 +57,7 @@ pub(super) fn fit_top_tree(
     }
     if is_stale {
         let instances = buffers.geometry().instances();
-        let (top, planes) = (TopTree::build(&instances), instances.planes());
+        let (top, planes) = (TopTree::build(&instances, builder.0), instances.planes());
         report.top_tree = TopTreeEdit::Rebuilt(instances.len());
         buffers.trees.top = top.expect("instances are checked when their rows are written");
         buffers.trees.planes = planes;
