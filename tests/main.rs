@@ -9,6 +9,7 @@
 //! - `energy_accounted`: the path integrator's ledger of energy closes.
 //! - `furnace`: in light from everywhere nothing is lost but what the maximum depth cuts.
 //! - `gltf_agrees`: a ball in a glTF file is the same ball with the material that it should come to.
+//! - `gltf_converts`: a glTF file that was converted to RON makes the picture that the file makes.
 //! - `gltf_faults`: glTF is free of the faults that other path tracers of it are known for.
 //! - `layers`: crates depend on each other as the architecture page says, and on nothing else.
 //! - `light_layers`: the parts of the light, the albedo and the standard errors are what they claim.
@@ -37,6 +38,7 @@ mod edits_agree;
 mod energy_accounted;
 mod furnace;
 mod gltf_agrees;
+mod gltf_converts;
 mod gltf_faults;
 mod gltf_model;
 mod layers;

@@ -125,6 +125,16 @@ impl EnvironmentMap {
         &self.image
     }
 
+    /// Where its rows lie.
+    pub fn rows(&self) -> MapRows {
+        self.rows
+    }
+
+    /// By how much it is turned about +Y, in radians.
+    pub fn rotation(&self) -> f32 {
+        self.rotation
+    }
+
     /// The mean radiance over all directions, with corners of cells for what lies between: good enough to choose lights by.
     pub fn mean_radiance(&self) -> Vec3 {
         self.mean

@@ -34,6 +34,7 @@
 
 mod diagnostics;
 mod environment;
+mod export;
 mod findings;
 mod gltf;
 mod hash;
@@ -55,6 +56,7 @@ use brewster_world::components::parts::Integrator;
 use glam::UVec2;
 
 pub use diagnostics::{Code, Diagnostic, Excerpt, Severity};
+pub use export::Exported;
 pub use gltf::GltfChoices;
 pub use limits::Limits;
 pub use scene::{Applied, Imported, Scene};

@@ -3,6 +3,7 @@
 mod check;
 mod compare;
 mod completions;
+mod convert;
 mod frames;
 mod fresnel;
 mod man;
@@ -35,6 +36,7 @@ const EXIT_CODES: &str = "Exit codes: 0 done; 1 the input cannot be used or the 
 enum Command {
     Render(Box<render::Arguments>),
     Check(Box<check::Arguments>),
+    Convert(Box<convert::Arguments>),
     Fresnel(fresnel::Arguments),
     Compare(compare::Arguments),
     Completions(completions::Arguments),
@@ -115,6 +117,7 @@ pub(crate) fn run(line: CommandLine) -> ExitCode {
     let result = match line.command {
         Command::Render(arguments) => render::run(&arguments),
         Command::Check(arguments) => check::run(&arguments),
+        Command::Convert(arguments) => convert::run(&arguments),
         Command::Fresnel(arguments) => fresnel::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
         Command::Completions(arguments) => completions::run(&arguments),

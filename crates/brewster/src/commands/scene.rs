@@ -100,7 +100,12 @@ impl SceneArguments {
         if let Some(folder) = self.allow_path.iter().find(|folder| !folder.is_dir()) {
             return Err(Failure::Usage(format!("{}: expected a folder", folder.display())));
         }
-        let load = LoadOptions {
+        Ok(Session::new(&self.scene, SessionOptions { load: self.options(), settings }))
+    }
+
+    /// How the scene is read.
+    pub(crate) fn options(&self) -> LoadOptions {
+        LoadOptions {
             allow_paths: self.allow_path.clone(),
             overrides: self.set.clone(),
             gltf: GltfChoices {
@@ -111,8 +116,7 @@ impl SceneArguments {
             },
             view: self.view.choices(),
             ..LoadOptions::default()
-        };
-        Ok(Session::new(&self.scene, SessionOptions { load, settings }))
+        }
     }
 }
 

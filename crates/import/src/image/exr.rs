@@ -7,7 +7,7 @@ use exr::math::Vec2;
 use exr::meta::MetaData;
 use exr::meta::attribute::IntegerBounds;
 use exr::meta::header::Header;
-use exr::prelude::{ReadChannels, ReadLayers, read};
+use exr::prelude::{ReadChannels, ReadLayers, SpecificChannels, WritableImage, read};
 
 /// What every such file begins with.
 pub(super) const MAGIC: &[u8] = &[0x76, 0x2f, 0x31, 0x01];
@@ -19,6 +19,17 @@ pub(super) struct File<'b> {
     picture: IntegerBounds,
     /// The part of it, or more than it, that the file holds.
     data: IntegerBounds,
+}
+
+/// A picture of linear numbers as a file.
+pub(super) fn write(picture: &Image) -> Result<Vec<u8>, String> {
+    let width = picture.width as usize;
+    let pixel = |Vec2(x, y): Vec2<usize>| picture.floats().get(y * width + x).copied().unwrap_or_default().into();
+    let channels = SpecificChannels::rgb(|place: Vec2<usize>| -> (f32, f32, f32) { pixel(place) });
+    let mut bytes = Cursor::new(Vec::new());
+    let file = exr::prelude::Image::from_channels((width, picture.height as usize), channels);
+    file.write().to_buffered(&mut bytes).map_err(|error| error.to_string())?;
+    Ok(bytes.into_inner())
 }
 
 impl File<'_> {

@@ -102,6 +102,24 @@ pub(crate) fn read(bytes: &[u8], pixels: &mut Budget) -> Result<Image, Unreadabl
     Ok(Image { width, height, texels: texels(image) })
 }
 
+/// A picture as a file that is read back to the bit: PNG, or OpenEXR for linear numbers.
+pub(crate) fn write(picture: &Image) -> Result<Vec<u8>, String> {
+    use image::ImageEncoder;
+    let mut bytes = Cursor::new(Vec::new());
+    let Image { width, height, texels } = picture;
+    let (color, values) = match texels {
+        Texels::Bytes(texels) => (image::ExtendedColorType::Rgba8, texels.as_flattened().to_vec()),
+        Texels::Words(texels) => {
+            let values = texels.as_flattened().iter().flat_map(|value| value.to_ne_bytes()).collect();
+            (image::ExtendedColorType::Rgba16, values)
+        }
+        Texels::Floats(_) => return exr::write(picture),
+    };
+    let encoder = image::codecs::png::PngEncoder::new(&mut bytes);
+    encoder.write_image(&values, *width, *height, color).map_err(|error| error.to_string())?;
+    Ok(bytes.into_inner())
+}
+
 /// Takes the pixels of a picture that was read before from what a scene may have, or reports that they are too many.
 fn budget(session: &mut Session, name: &str, span: Span, width: u32, height: u32) -> bool {
     let taken = session.budgets.pixels.take(u64::from(width) * u64::from(height));

@@ -1,7 +1,7 @@
 //! Mesh files to triangles: [`obj`] and [`ply`] read, what they have in common is here.
 
 mod obj;
-mod ply;
+pub(crate) mod ply;
 
 use std::path::Path;
 use std::sync::Arc;

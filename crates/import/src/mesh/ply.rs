@@ -3,7 +3,7 @@
 //! Before it may read a payload, the counts of the header are compared with the limits and with the length of the file.
 
 use brewster_world::components::parts::TriangleMesh;
-use glam::{Vec2, Vec3};
+use glam::{Vec2, Vec3, Vec4};
 use ply_rs_bw::parser::{ParseError, Parser, Reader};
 use ply_rs_bw::ply::{
     ElementDef, Encoding, Header, Property, PropertyAccess, PropertyAccessResult, PropertyType, ScalarType,
@@ -12,8 +12,9 @@ use ply_rs_bw::ply::{
 use super::Problem;
 use crate::session::Budgets;
 
-/// Reads a file: `vertex` elements with x, y, z, if there are any nx, ny, nz and u, v (or s, t), and `face` elements with
-/// `vertex_indices` (or `vertex_index`). A polygon becomes a fan around its first corner; other elements are read over.
+/// Reads a file: `vertex` elements with x, y, z, if there are any nx, ny, nz and u, v (or s, t), and what [`write`] writes beside
+/// them; `face` elements with `vertex_indices` (or `vertex_index`). A polygon becomes a fan around its first corner; other elements
+/// are read over.
 pub(super) fn read(bytes: &[u8], budgets: &mut Budgets) -> Result<TriangleMesh, Problem> {
     let fail = |error: ParseError| problem(&error, bytes);
     let mut reader = Reader::new(bytes);
@@ -51,6 +52,15 @@ fn mesh(header: &Header, vertices: &[Vertex], faces: &[Face], budgets: &mut Budg
     }
     if has(["u", "v"]) || has(["s", "t"]) || has(["texture_u", "texture_v"]) {
         mesh.uvs = vertices.iter().map(|vertex| vertex.uv).collect();
+    }
+    if has(["u1", "v1"]) {
+        mesh.second_uvs = vertices.iter().map(|vertex| vertex.second_uv).collect();
+    }
+    if has(["r", "a"]) {
+        mesh.colors = vertices.iter().map(|vertex| vertex.color).collect();
+    }
+    if has(["tx", "tw"]) {
+        mesh.tangents = vertices.iter().map(|vertex| vertex.tangent).collect();
     }
     for (row, Face { corners }) in faces.iter().enumerate() {
         let [first, rest @ ..] = &corners[..] else { continue };
@@ -126,11 +136,50 @@ fn problem(error: &ParseError, bytes: &[u8]) -> Problem {
     Problem::new(place, format!("this PLY file cannot be read: {message}"))
 }
 
+/// A mesh as a binary file that [`read`] reads back to the bit: second texture coordinates are u1 and v1, colors r, g, b and a,
+/// linear, and tangents tx, ty, tz and tw, the sign of their side.
+pub(crate) fn write(mesh: &TriangleMesh) -> Vec<u8> {
+    let pairs = |rows: &[Vec2]| rows.iter().flat_map(|row| row.to_array()).collect::<Vec<f32>>();
+    let threes = |rows: &[Vec3]| rows.iter().flat_map(|row| row.to_array()).collect::<Vec<f32>>();
+    let fours = |rows: &[Vec4]| rows.iter().flat_map(|row| row.to_array()).collect::<Vec<f32>>();
+    let mut columns: Vec<(&[&str], Vec<f32>)> = vec![
+        (&["x", "y", "z"], threes(&mesh.positions)),
+        (&["nx", "ny", "nz"], threes(&mesh.normals)),
+        (&["u", "v"], pairs(&mesh.uvs)),
+        (&["u1", "v1"], pairs(&mesh.second_uvs)),
+        (&["r", "g", "b", "a"], fours(&mesh.colors)),
+        (&["tx", "ty", "tz", "tw"], fours(&mesh.tangents)),
+    ];
+    columns.retain(|(_, values)| !values.is_empty());
+    let (vertices, faces) = (mesh.positions.len(), mesh.triangles.len());
+    let names = columns.iter().flat_map(|(names, _)| names.iter());
+    let properties: String = names.map(|name| format!("property float {name}\n")).collect();
+    let header = format!(
+        "ply\nformat binary_little_endian 1.0\nelement vertex {vertices}\n{properties}element face {faces}\n\
+         property list uchar uint vertex_indices\nend_header\n"
+    );
+    let mut bytes = header.into_bytes();
+    for vertex in 0..vertices {
+        for (names, values) in &columns {
+            let row = &values[vertex * names.len()..][..names.len()];
+            bytes.extend(row.iter().flat_map(|value| value.to_le_bytes()));
+        }
+    }
+    for triangle in &mesh.triangles {
+        bytes.push(3);
+        bytes.extend(triangle.iter().flat_map(|corner| corner.to_le_bytes()));
+    }
+    bytes
+}
+
 #[derive(Default)]
 struct Vertex {
     position: Vec3,
     normal: Vec3,
     uv: Vec2,
+    second_uv: Vec2,
+    color: Vec4,
+    tangent: Vec4,
 }
 
 impl PropertyAccess for Vertex {
@@ -148,6 +197,16 @@ impl PropertyAccess for Vertex {
             "nz" => &mut self.normal.z,
             "u" | "s" | "texture_u" => &mut self.uv.x,
             "v" | "t" | "texture_v" => &mut self.uv.y,
+            "u1" => &mut self.second_uv.x,
+            "v1" => &mut self.second_uv.y,
+            "r" => &mut self.color.x,
+            "g" => &mut self.color.y,
+            "b" => &mut self.color.z,
+            "a" => &mut self.color.w,
+            "tx" => &mut self.tangent.x,
+            "ty" => &mut self.tangent.y,
+            "tz" => &mut self.tangent.z,
+            "tw" => &mut self.tangent.w,
             _ => return PropertyAccessResult::Ignored,
         };
         match property.to_f32_lossy() {
@@ -247,6 +306,25 @@ mod tests {
         let mesh = read_with(text.as_bytes(), &Limits::DEFAULT).expect("it reads");
         assert_eq!(mesh.normals, [Vec3::Z; 3]);
         assert_eq!(mesh.uvs, [Vec2::ZERO, Vec2::X, Vec2::Y]);
+    }
+
+    #[test]
+    fn what_is_written_is_read_back_to_the_bit() {
+        let (third, tiny) = (1.0 / 3.0, f32::MIN_POSITIVE / 3.0);
+        let mut mesh = TriangleMesh {
+            positions: vec![Vec3::new(third, -0.0, tiny), Vec3::X, Vec3::Y],
+            triangles: vec![[0, 1, 2], [2, 1, 0]],
+            ..TriangleMesh::default()
+        };
+        let again = |mesh: &TriangleMesh| read_with(&write(mesh), &Limits::DEFAULT).expect("it reads");
+        assert_eq!(again(&mesh), mesh);
+        mesh.normals = vec![Vec3::Z; 3];
+        mesh.uvs = vec![Vec2::new(third, 2.0); 3];
+        mesh.second_uvs = vec![Vec2::new(-third, 3.0); 3];
+        mesh.colors = vec![Vec4::new(third, 0.5, 2.0, 0.25); 3];
+        mesh.tangents = vec![Vec4::new(1.0, third, 0.0, -1.0); 3];
+        assert_eq!(again(&mesh), mesh);
+        assert!(again(&mesh).positions[0].y.is_sign_negative());
     }
 
     #[test]

@@ -379,13 +379,11 @@ impl<'s, 'i> Resolver<'s, 'i> {
         let sources = &self.session.sources;
         let mut reports: Vec<Diagnostic> = Vec::new();
         match (&entity.shape, &entity.material) {
-            (Some(shape), _) if entity.model().is_some() => {
-                if entity.include.is_some() {
-                    let error =
-                        sources.error(Code::Conflict, shape.span(), "a glTF file and an included scene at once");
-                    reports.push(error.help("`children` may have one each"));
-                }
+            (Some(shape), _) if entity.model().is_some() && entity.include.is_some() => {
+                let error = sources.error(Code::Conflict, shape.span(), "a glTF file and an included scene at once");
+                reports.push(error.help("`children` may have one each"));
             }
+            _ if entity.model().is_some() => {}
             (Some(shape), None) => {
                 let error = sources.error(Code::Composition, shape.span(), "a shape without a material cannot be seen");
                 reports.push(error.expected("`material` beside `shape`"));

@@ -19,7 +19,7 @@ pub(super) fn albedo(session: &mut Session, color: &Paint, field: &str, span: Sp
         Either::Choice(Texture::Checker { a, b, .. }) => a.0.max(b.0).max_element(),
         Either::Choice(Texture::Gradient { from, to, .. }) => from.0.max(to.0).max_element(),
         Either::Choice(Texture::Image { factor, .. }) => factor.0.max_element(),
-        Either::Choice(Texture::VertexColors {}) => 1.0,
+        Either::Choice(Texture::VertexColors { factor }) => factor.0.max_element(),
     };
     if largest > 1.0 {
         let message = format!("`{field}` of {largest}: the surface sends back more light than it gets");
@@ -120,7 +120,7 @@ fn texture(session: &mut Session, texture: &Texture, encoding: Encoding) -> Opti
             };
             Some((factor.0, parts::Texture::Image(texture)))
         }
-        Texture::VertexColors {} => Some((Vec3::ONE, parts::Texture::VertexColors)),
+        Texture::VertexColors { factor } => Some((factor.0, parts::Texture::VertexColors)),
     }
 }
 

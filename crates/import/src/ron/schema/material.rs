@@ -14,6 +14,8 @@ const ZERO_TO_ONE: Range = Range { text: "0 to 1", admits: |x| (0.0..=1.0).conta
 const BELOW_ONE: Range = Range { text: "0 or more, below 1", admits: |x| (0.0..1.0).contains(&x) };
 const FILM: Range = Range { text: "0 to 100000", admits: |x| (0.0..=1e5).contains(&x) };
 
+const INDEX: Range = Range { text: "1 or more, or 0", admits: |x| x >= 1.0 || x == 0.0 };
+
 schema! {
     /// What a surface does to light.
     choice Material {
@@ -111,8 +113,8 @@ schema! {
             metallic: Number where ZERO_TO_ONE = "0" => "1",
             /// How rough it is; the square of it is the GGX width.
             roughness: Number where ZERO_TO_ONE = "0.5" => "Map(texture: Image(file: \"wood.png\"), channel: G)",
-            /// A dielectric's index of refraction.
-            ior: f32 where ONE_OR_MORE = "1.5" => "1.33",
+            /// A dielectric's index of refraction; 0 stands for one without end, which reflects all.
+            ior: f32 where INDEX = "1.5" => "1.33",
             /// Weight of a dielectric's reflection.
             specular: Number where ZERO_TO_ONE = "1" => "0.5",
             /// Tint of a dielectric's reflection along the normal.

@@ -86,7 +86,10 @@ schema! {
             vertex_colors: bool = "false" => "true",
         },
         /// The colors of a mesh's vertices; white on other shapes.
-        VertexColors {},
+        VertexColors {
+            /// Factor of them.
+            factor: Rgb where ZERO_OR_MORE = "1" => "(1, 0.9, 0.8)",
+        },
     }
 
     /// What lies beyond the edges of a picture.
