@@ -113,20 +113,27 @@ fn worked() -> Duration {
 fn study(scene: &Scene, rounds: usize) {
     for (name, rays) in ray_sets(scene) {
         let rays = rays.view();
-        let levels = Level::available();
+        // Every level, many rays at a time and one.
+        let kernels: Vec<(Level, bool)> = [false, true]
+            .into_iter()
+            .flat_map(|alone| Level::available().into_iter().map(move |level| (level, alone)))
+            .collect();
         let reference = hits_of(scene, Level::BASELINE, rays);
         let limits = vec![f32::INFINITY; rays.len()];
-        let mut best = vec![Duration::MAX; levels.len()];
+        let mut best = vec![Duration::MAX; kernels.len()];
         let mut hits = HitColumns::new();
         hits.resize(rays.len(), Hit::miss());
         let mut out = vec![false; rays.len()];
+        let mut memory = RayMemory::default();
         for _ in 0..rounds {
-            for (level, best) in levels.iter().zip(&mut best) {
+            for (&(level, alone), best) in kernels.iter().zip(&mut best) {
+                let mut one = RayByRay::new(scene.geometry(), level, &mut memory);
                 let begin = worked();
-                if name == "shadow" {
-                    occluded(&scene.geometry(), *level, rays, &limits, &mut out);
-                } else {
-                    closest_hits(&scene.geometry(), *level, rays, hits.view_mut());
+                match (name == "shadow", alone) {
+                    (true, false) => occluded(&scene.geometry(), level, rays, &limits, &mut out),
+                    (true, true) => (0..rays.len()).for_each(|i| out[i] = one.occluded(&rays.get(i), limits[i])),
+                    (false, false) => closest_hits(&scene.geometry(), level, rays, hits.view_mut()),
+                    (false, true) => (0..rays.len()).for_each(|i| hits.set(i, one.closest_hit(&rays.get(i)))),
                 }
                 *best = (worked() - begin).min(*best);
                 if name == "shadow" {
@@ -141,8 +148,9 @@ fn study(scene: &Scene, rounds: usize) {
             rays.len(),
             (0..rays.len()).filter(|&i| !reference.get(i).is_miss()).count()
         );
-        for (level, best) in levels.iter().zip(&best) {
-            print!("  {} {:.2}", level.name(), rays.len() as f64 / best.as_secs_f64() * 1e-6);
+        for ((level, alone), best) in kernels.iter().zip(&best) {
+            let rate = rays.len() as f64 / best.as_secs_f64() * 1e-6;
+            print!("  {}{} {rate:.2}", level.name(), if *alone { " alone" } else { "" });
         }
         println!();
     }

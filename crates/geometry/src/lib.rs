@@ -4,6 +4,7 @@
 //!   mesh, a [`TopTree`] over all instances.
 //! - [`closest_hits`] and [`occluded`] send [`Rays`] through it; [`Hit`]s are ordered, so that every tree and every kernel
 //!   finds the same ones, to the bit.
+//!   [`RayByRay`] sends one at a time.
 //! - [`surface()`] says what was hit, and [`offset_origin`] where the next ray starts.
 //!
 //! ```
@@ -81,6 +82,6 @@ pub use sphere::Sphere;
 pub use surface::{SurfacePoint, meets_front, offset_origin, surface};
 pub use torus::Torus;
 pub use transform::{Affine, TransformError};
-pub use traverse::{closest_hits, occluded};
+pub use traverse::{RayByRay, RayMemory, closest_hits, occluded};
 pub use tree::{Instances, MeshTree, TopTree, TreeBuilder, TreeError};
 pub use triangle::intersect_triangle;

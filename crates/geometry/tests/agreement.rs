@@ -63,8 +63,13 @@ fn check(name: &str, scene: &Scene, rays: &RayColumns) {
             .collect();
         let mut out = vec![false; rays.len()];
         occluded(&scene.geometry(), level, rays, &limits, &mut out);
+        let mut memory = RayMemory::default();
+        let mut one = RayByRay::new(scene.geometry(), level, &mut memory);
         for (i, hit) in expected.iter().enumerate() {
-            assert_eq!(out[i], hit.t < limits[i], "{name}, {level:?}, {:?}", rays.get(i));
+            let ray = rays.get(i);
+            assert_eq!(out[i], hit.t < limits[i], "{name}, {level:?}, {ray:?}");
+            assert_eq!(one.occluded(&ray, limits[i]), out[i], "{name}, {level:?}, {ray:?} alone");
+            assert_eq!(bits(&one.closest_hit(&ray)), bits(hit), "{name}, {level:?}, {ray:?} alone");
         }
     }
 }

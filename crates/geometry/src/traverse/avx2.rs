@@ -4,9 +4,11 @@
 use std::arch::x86_64::*;
 
 use super::eight::{Sheared, boxes, keys, store_ordered};
+use super::one::{self, Stack};
 use super::slabs::Slabs;
 use super::wave::{Kernel, Memory, Task, wave};
-use crate::ray::Rays;
+use crate::hit::Hit;
+use crate::ray::{Ray, Rays};
 use crate::scene::SceneGeometry;
 use crate::tree::node::{Node, Patch};
 use crate::triangle::Shear;
@@ -21,6 +23,22 @@ struct Avx2;
 pub(super) unsafe fn run<T: Task>(scene: &SceneGeometry<'_>, rays: Rays<'_>, task: T, memory: &mut Memory) {
     // SAFETY: as stated.
     unsafe { wave::<Avx2, T>(scene, rays, None, task, memory) }
+}
+
+/// Sends one ray through the scene.
+///
+/// # Safety
+/// The machine has AVX2, FMA and BMI; the stack has room for the scene's deepest trees and eight entries more.
+#[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+pub(super) unsafe fn one<const ANY: bool>(
+    scene: &SceneGeometry<'_>,
+    only_instance: Option<u32>,
+    ray: &Ray,
+    limit: f32,
+    stack: Stack,
+) -> Hit {
+    // SAFETY: as stated.
+    unsafe { one::one::<Avx2, ANY>(scene, only_instance, ray, limit, stack) }
 }
 
 impl Kernel for Avx2 {

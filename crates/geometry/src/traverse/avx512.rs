@@ -4,10 +4,12 @@
 use std::arch::x86_64::*;
 
 use super::eight::{Sheared, boxes, keys, store_ordered};
+use super::one::{self, Stack};
 use super::packet;
 use super::slabs::Slabs;
 use super::wave::{Kernel, Memory, Task, wave};
-use crate::ray::Rays;
+use crate::hit::Hit;
+use crate::ray::{Ray, Rays};
 use crate::scene::SceneGeometry;
 use crate::tree::node::{Node, Patch};
 use crate::triangle::Shear;
@@ -32,6 +34,22 @@ pub(super) unsafe fn run<T: Task>(scene: &SceneGeometry<'_>, rays: Rays<'_>, mut
         wave::<Avx512, T>(scene, rays, Some(&rest), task, memory);
     }
     memory.rest = rest;
+}
+
+/// Sends one ray through the scene.
+///
+/// # Safety
+/// The machine has AVX-512 F, VL, DQ, BW and CD, AVX2, FMA and BMI; the stack has room for the scene's deepest trees and eight entries more.
+#[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx512cd,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+pub(super) unsafe fn one<const ANY: bool>(
+    scene: &SceneGeometry<'_>,
+    only_instance: Option<u32>,
+    ray: &Ray,
+    limit: f32,
+    stack: Stack,
+) -> Hit {
+    // SAFETY: as stated.
+    unsafe { one::one::<Avx512, ANY>(scene, only_instance, ray, limit, stack) }
 }
 
 impl Kernel for Avx512 {

@@ -8,12 +8,15 @@ mod avx512;
 mod beam;
 #[cfg(target_arch = "x86_64")]
 mod eight;
+mod one;
 #[cfg(target_arch = "x86_64")]
 mod packet;
 mod search;
 mod single;
 mod slabs;
 mod wave;
+
+pub use one::{RayByRay, RayMemory};
 
 use brewster_lanes::{Level, dispatch};
 
