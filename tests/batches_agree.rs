@@ -1,9 +1,10 @@
 //! The same picture, bit for bit, and the same counts however work is scheduled: in batches of any size, with levels cut at any
-//! capacity, either queue first, rays sorted or not, on every instruction set, all samples in one pass or few at a time.
+//! capacity, either queue first, rays sorted or not, on every instruction set, all samples in one pass or few at a time, and
+//! without any queue.
 
 use brewster_buffers::SceneBuffers;
 use brewster_lanes::Level;
-use brewster_wavefront::{Control, Policy, QueueOrder, Renderer, SortKey};
+use brewster_wavefront::{Control, Executor, Policy, QueueOrder, Renderer, SortKey};
 
 use crate::scene::{SCENES, counts, film, load, render_with, small_reference};
 
@@ -82,6 +83,26 @@ fn in_any_order_on_every_instruction_set() {
     }
     for name in PATHS {
         check(name, &small_reference(name), policies.iter().copied());
+    }
+}
+
+/// Path after path, ray by ray: neither queues nor the traversal of many rays have a say in what is found.
+#[test]
+fn without_queues() {
+    let policies = Level::available().into_iter();
+    let policies = policies.map(|level| Policy { executor: Executor::Megakernel, level, ..Policy::default() });
+    let policies: Vec<Policy> = policies.flat_map(|policy| [policy, Policy { batch: 13, ..policy }]).collect();
+    for name in SCENES {
+        check(name, &scene(name), policies.iter().copied());
+    }
+    for name in ["principled", "details"] {
+        check(name, &scene(name), policies.iter().copied());
+    }
+    for name in PATHS {
+        let mut scene = small_reference(name);
+        check(name, &scene, policies.iter().copied());
+        (scene.settings.split_depth, scene.settings.clamp) = (3, 0.5);
+        check(name, &scene, policies.iter().copied());
     }
 }
 

@@ -3,6 +3,7 @@
 use brewster_geometry::HitColumns;
 
 use crate::attribution::Attribution;
+use crate::integrator::DepthFirst;
 use crate::media::MediaStacks;
 use crate::queues::{ContributionQueue, Levels, PathRayColumns, SampleColumns, ShadowQueue};
 use crate::stages::{Draws, ShadowScratch, SortedHits, TraceScratch};
@@ -38,6 +39,8 @@ pub struct Batch {
     pub stacks: MediaStacks,
     /// The contributions that are worth a look.
     pub attribution: Attribution,
+    /// What waits where paths are followed without queues.
+    pub depth_first: DepthFirst,
     /// What is counted and timed.
     pub recorder: Recorder,
 }
@@ -59,6 +62,7 @@ impl Batch {
             samples: SampleColumns::new(),
             stacks: MediaStacks::default(),
             attribution: Attribution::default(),
+            depth_first: DepthFirst::default(),
             recorder,
         }
     }
@@ -75,5 +79,6 @@ impl Batch {
             + self.scratch.bytes()
             + self.contributions.capacity() * ContributionQueue::BYTES_PER_ROW
             + self.samples.capacity() * SampleColumns::BYTES_PER_ROW
+            + self.depth_first.bytes()
     }
 }

@@ -80,6 +80,12 @@ impl<'a> Context<'a> {
         }
     }
 
+    /// Whether rays of a depth may meet surfaces that are not there for them.
+    #[inline(always)]
+    pub fn may_be_absent(&self, depth: u32) -> bool {
+        self.has_veils || depth == 0 && self.has_fronts
+    }
+
     /// What radiance in a medium weighs at the camera beside the energy that a ray's weight counts: radiance over the squared
     /// index is what boundaries pass on, so the factor is `(n_camera/n)²`. `Whitted` does without, as the lectures do.
     #[inline(always)]

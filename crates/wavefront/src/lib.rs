@@ -50,6 +50,6 @@ mod render;
 pub mod stages;
 pub mod stats;
 
-pub use policy::{Policy, QueueOrder, SortKey};
+pub use policy::{Executor, Policy, QueueOrder, SortKey};
 pub use render::{Control, Renderer, Unsupported};
 pub use stats::{Counts, Span, Stage, Stats};

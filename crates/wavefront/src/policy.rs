@@ -15,6 +15,8 @@ pub struct Policy {
     pub sort: SortKey,
     /// The instruction set that kernels run on.
     pub level: Level,
+    /// How paths are followed.
+    pub executor: Executor,
     /// Whether the path integrator keeps the energy [`ledger`](crate::ledger).
     pub ledger: bool,
 }
@@ -27,9 +29,20 @@ impl Default for Policy {
             order: QueueOrder::ReflectionFirst,
             sort: SortKey::None,
             level: Level::detect(),
+            executor: Executor::Wavefront,
             ledger: false,
         }
     }
+}
+
+/// How paths are followed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Executor {
+    /// A batch at a time, one bounce after the other, from queue to queue.
+    Wavefront,
+    /// One path at a time to its end, ray by ray, without queues. Capacity, order and sort mean nothing then, and no stage is
+    /// timed by itself.
+    Megakernel,
 }
 
 /// Which queue of a depth is traced first.

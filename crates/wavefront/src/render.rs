@@ -12,8 +12,8 @@ use brewster_film::Film;
 use crate::adaptive::{next_look, unfinished};
 use crate::batch::Batch;
 use crate::context::Context;
-use crate::integrator::{path, whitted};
-use crate::policy::Policy;
+use crate::integrator::{megakernel, path, whitted};
+use crate::policy::{Executor, Policy};
 use crate::stats::{Recorder, Span, Stats};
 
 /// Why a scene cannot be rendered as it is.
@@ -180,10 +180,12 @@ impl<'a> Renderer<'a> {
                     while !(first && control.stopped()) {
                         let next = tiles.lock().expect("no holder of the lock can panic").next();
                         let Some(mut tile) = next else { break };
-                        match context.scene.settings.integrator {
-                            Integrator::Whitted => whitted(context, samples.clone(), batch, &mut tile),
-                            Integrator::Path => path(context, samples.clone(), batch, &mut tile),
-                        }
+                        let follow = match (context.policy.executor, context.scene.settings.integrator) {
+                            (Executor::Megakernel, _) => megakernel,
+                            (Executor::Wavefront, Integrator::Whitted) => whitted,
+                            (Executor::Wavefront, Integrator::Path) => path,
+                        };
+                        follow(context, samples.clone(), batch, &mut tile);
                         control.samples.fetch_add((tile.len() * samples.len()) as u64, Ordering::Relaxed);
                     }
                 });

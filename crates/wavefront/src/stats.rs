@@ -262,13 +262,15 @@ pub struct Stats {
     pub attribution: Attribution,
     /// The most bytes that one batch's queues took.
     pub queue_bytes: usize,
+    /// Time spent where there are no stages to tell apart, by the megakernel.
+    pub unstaged: Duration,
 }
 
 impl Stats {
     /// Nothing yet, for depths up to a maximum.
     pub fn new(max_depth: u32) -> Stats {
         let depths = vec![DepthStats::default(); max_depth as usize + 1];
-        Stats { depths, attribution: Attribution::default(), queue_bytes: 0 }
+        Stats { depths, attribution: Attribution::default(), queue_bytes: 0, unstaged: Duration::ZERO }
     }
 
     /// Adds what another part of the render counted.
@@ -283,6 +285,7 @@ impl Stats {
         }
         self.attribution.merge(&other.attribution);
         self.queue_bytes = self.queue_bytes.max(other.queue_bytes);
+        self.unstaged += other.unstaged;
     }
 
     /// What happened to the rays of one queue, over all depths.

@@ -12,7 +12,7 @@ use brewster::film::{Display, Format, Keep, PngAlpha, PngDepth, PngSettings, SCA
 use brewster::import::Severity;
 use brewster::wavefront::ledger::{Energy, Ledger};
 use brewster::wavefront::queues::RaySource;
-use brewster::wavefront::{Control, Policy, Stage};
+use brewster::wavefront::{Control, Executor, Policy, Stage};
 use brewster::{NamedOrigin, Render, RenderOptions, Session, SettingsChoices, peak_memory, tree_time};
 use clap::{Args, ValueEnum};
 use glam::UVec2;
@@ -68,6 +68,10 @@ pub(crate) struct Arguments {
     /// Rays that are traced together; it changes the time and not the picture.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=16_777_216))]
     pub batch: Option<u32>,
+    /// How paths are followed: many at a time from queue to queue, or one after the other without queues; it changes the time
+    /// and not the picture.
+    #[arg(long, value_name = "NAME", ignore_case = true, value_parser = values::one_of(EXECUTORS), default_value = "Wavefront")]
+    pub executor: Executor,
     /// The camera, by name or number; without it, the scene's first.
     #[arg(long, value_name = "NAME")]
     pub camera: Option<String>,
@@ -106,6 +110,8 @@ pub(crate) struct Arguments {
 }
 
 const INTEGRATORS: &[(&str, Integrator)] = &[("Whitted", Integrator::Whitted), ("Path", Integrator::Path)];
+
+const EXECUTORS: &[(&str, Executor)] = &[("Wavefront", Executor::Wavefront), ("Megakernel", Executor::Megakernel)];
 
 const SAMPLERS: &[(&str, SamplerKind)] = &[("Sobol", SamplerKind::Sobol), ("Independent", SamplerKind::Independent)];
 
@@ -205,9 +211,10 @@ impl Arguments {
     /// How the picture is rendered.
     pub(crate) fn options(&self) -> RenderOptions {
         let default = RenderOptions::default();
+        let policy = Policy { ledger: true, executor: self.executor, ..Policy::default() };
         let policy = match self.batch {
-            Some(rays) => Policy { batch: rays as usize, capacity: rays as usize, ledger: true, ..Policy::default() },
-            None => Policy { ledger: true, ..Policy::default() },
+            Some(rays) => Policy { batch: rays as usize, capacity: rays as usize, ..policy },
+            None => policy,
         };
         RenderOptions {
             camera: self.camera.clone(),

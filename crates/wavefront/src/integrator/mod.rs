@@ -26,9 +26,11 @@
 //! | transparent shadows | shadow rays pass dielectrics, straight | an error: paths find what they should |
 //! | thin lens | an error: this integrator takes pinhole and orthographic cameras | a lens |
 
+mod megakernel;
 mod path;
 mod whitted;
 
+pub use megakernel::{DepthFirst, megakernel};
 pub use path::path;
 pub use whitted::whitted;
 

@@ -9,7 +9,7 @@ use crate::batch::Batch;
 use crate::context::Context;
 use crate::queues::RaySource;
 use crate::stages::scatter::{Onward, scatter};
-use crate::stages::{draw, gather, shadow};
+use crate::stages::{Queues, draw, gather, shadow};
 use crate::stats::Stage;
 
 /// Follows some samples of every pixel of a tile to their ends, one bounce at a time.
@@ -50,7 +50,8 @@ pub(super) fn step(context: &Context<'_>, batch: &mut Batch, tile: &mut FilmTile
                     });
                 }
                 recorder.stage(at($stage), hits.columns().len(), |counts| {
-                    let mut onward = Onward { depth, next: next.as_deref_mut(), shadows, contributions, stacks };
+                    let queues = Queues { next: next.as_deref_mut(), shadows, contributions };
+                    let mut onward = Onward { depth, queues, stacks };
                     scatter(context, rays, &hits, draws.view(), samples.view(), &mut onward, counts);
                 });
                 recorder.stage(at(Stage::Shadow), shadows.len(), |counts| {

@@ -9,7 +9,7 @@ use crate::batch::Batch;
 use crate::context::Context;
 use crate::queues::RaySource;
 use crate::stages::shade::{Continuation, shade_dielectric, shade_lambert, shade_metal, shade_phong};
-use crate::stages::{gather, shadow};
+use crate::stages::{Queues, gather, shadow};
 use crate::stats::Stage;
 
 /// Follows some samples of every pixel of a tile to their ends, one bounce at a time.
@@ -27,13 +27,17 @@ pub(super) fn step(context: &Context<'_>, batch: &mut Batch, tile: &mut FilmTile
         batch;
     let at = |stage| (stage, depth, source);
     let rays = rays.view();
-    let (_, next) = levels.at(depth);
-    let mut onward = Continuation { next, threshold: context.scene.settings.contribution_threshold };
+    let (_, mut next) = levels.at(depth);
+    let continuation =
+        Continuation { goes_on: next.is_some(), threshold: context.scene.settings.contribution_threshold };
     macro_rules! shade {
-        ($stage:expr, $hits:expr, |$view:ident, $counts:ident| $shade:expr) => {
+        ($stage:expr, $hits:expr, |$view:ident, $queues:ident, $counts:ident| $shade:expr) => {
             for start in (0..$hits.len()).step_by(run) {
                 let $view = $hits.view().run(start, run);
-                recorder.stage(at($stage), $view.columns().len(), |$counts| $shade);
+                recorder.stage(at($stage), $view.columns().len(), |$counts| {
+                    let $queues = &mut Queues { next: next.as_deref_mut(), shadows, contributions };
+                    $shade
+                });
                 recorder.stage(at(Stage::Shadow), shadows.len(), |counts| {
                     shadow(context, shadows, stacks, scratch, contributions, samples.view_mut(), counts);
                 });
@@ -43,15 +47,13 @@ pub(super) fn step(context: &Context<'_>, batch: &mut Batch, tile: &mut FilmTile
             }
         };
     }
-    shade!(Stage::ShadePhong, sorted.phong, |hits, _counts| {
-        shade_phong(context, rays, &hits, shadows, contributions)
+    shade!(Stage::ShadePhong, sorted.phong, |hits, queues, _counts| shade_phong(context, rays, &hits, queues));
+    shade!(Stage::ShadeLambert, sorted.lambert, |hits, queues, _counts| shade_lambert(context, rays, &hits, queues));
+    shade!(Stage::ShadeMetal, sorted.metal, |hits, queues, counts| {
+        shade_metal(context, rays, &hits, stacks, continuation, queues, counts)
     });
-    shade!(Stage::ShadeLambert, sorted.lambert, |hits, _counts| { shade_lambert(context, rays, &hits, shadows) });
-    shade!(Stage::ShadeMetal, sorted.metal, |hits, counts| {
-        shade_metal(context, rays, &hits, stacks, shadows, &mut onward, counts)
-    });
-    shade!(Stage::ShadeDielectric, sorted.dielectric, |hits, counts| {
-        shade_dielectric(context, rays, &hits, stacks, shadows, &mut onward, counts)
+    shade!(Stage::ShadeDielectric, sorted.dielectric, |hits, queues, counts| {
+        shade_dielectric(context, rays, &hits, stacks, continuation, queues, counts)
     });
     Some((depth, source))
 }

@@ -1,9 +1,10 @@
 //! Weakens rays by the medium they went through.
 
 use brewster_geometry::HitsView;
+use glam::Vec3;
 
 use crate::context::Context;
-use crate::media::MediaStacks;
+use crate::media::{MediaStacks, Medium};
 use crate::queues::PathRaysViewMut;
 use crate::stats::Counts;
 
@@ -17,15 +18,19 @@ pub fn absorb(
     rays: PathRaysViewMut<'_>,
     counts: &mut Counts,
 ) {
-    let dielectrics = context.scene.materials.dielectric.view();
-    let ledger = context.albedos.is_some();
     for ((weight, &media), &distance) in rays.weight.iter_mut().zip(&*rays.media).zip(hits.t) {
-        let entered = *weight;
-        *weight *= stacks.filling(media).transmittance(distance, &dielectrics);
-        if ledger {
-            counts.ledger.entered.add(entered);
-            counts.ledger.volume.add(entered);
-            counts.ledger.volume.take(*weight);
-        }
+        weaken(context, weight, stacks.filling(media), distance, counts);
+    }
+}
+
+/// Multiplies one weight by what a medium leaves of light after a distance.
+#[inline(always)]
+pub(crate) fn weaken(context: &Context<'_>, weight: &mut Vec3, medium: Medium, distance: f32, counts: &mut Counts) {
+    let entered = *weight;
+    *weight *= medium.transmittance(distance, &context.scene.materials.dielectric.view());
+    if context.albedos.is_some() {
+        counts.ledger.entered.add(entered);
+        counts.ledger.volume.add(entered);
+        counts.ledger.volume.take(*weight);
     }
 }

@@ -4,7 +4,7 @@ use brewster_geometry::Ray;
 use brewster_optics::lobe::DELTA;
 
 use crate::context::Context;
-use crate::queues::{CrossingsView, PathRay, PathRaysView, TransmissionQueue};
+use crate::queues::{Crossing, CrossingsView, PathRay, PathRaysView, TransmissionQueue};
 use crate::stats::Counts;
 
 /// Sends rays on, straight, with the media behind the boundary. It is no interaction: the depth stays. But it stops shadow
@@ -21,10 +21,16 @@ pub fn cross(
     for row in 0..crossings.len() {
         let crossing = crossings.get(row);
         let ray = rays.get(crossing.ray as usize);
-        if context.albedos.is_some() {
-            counts.ledger.crossed.add(ray.weight);
-        }
-        let onward = Ray { origin: crossing.origin, direction: ray.ray().direction };
-        transmission.push(PathRay { media: crossing.media, pdf: DELTA, ..ray.along(onward) });
+        transmission.push(behind(context, &ray, &crossing, counts));
     }
+}
+
+/// A ray behind a boundary that is none.
+#[inline(always)]
+pub(crate) fn behind(context: &Context<'_>, ray: &PathRay, crossing: &Crossing, counts: &mut Counts) -> PathRay {
+    if context.albedos.is_some() {
+        counts.ledger.crossed.add(ray.weight);
+    }
+    let onward = Ray { origin: crossing.origin, direction: ray.ray().direction };
+    PathRay { media: crossing.media, pdf: DELTA, ..ray.along(onward) }
 }

@@ -1,10 +1,11 @@
 //! Draws the random numbers of hits.
 
 use brewster_lanes::columns;
+use glam::Vec2;
 
 use crate::context::Context;
 use crate::queues::{PathRaysView, SamplesView, SurfaceHitsView};
-use crate::random::{Decision, StreamColumns, ones, pairs};
+use crate::random::{Decision, Sampler, Stream, StreamColumns, ones, pairs};
 
 columns! {
     /// The random numbers of a hit, each 0 ≤ u < 1.
@@ -27,6 +28,86 @@ columns! {
         pub lobe: f32,
         /// Whether the path goes on.
         pub roulette: f32,
+    }
+}
+
+/// The random numbers of one hit, drawn already or when they are asked for.
+pub trait Numbers {
+    /// Which light, and where on it.
+    fn light(&self) -> (f32, [f32; 2]);
+    /// Which direction of the sky.
+    fn sky(&self) -> [f32; 2];
+    /// Which direction within the lobe.
+    fn direction(&self) -> Vec2;
+    /// Which lobe.
+    fn lobe(&self) -> f32;
+    /// Whether the path goes on.
+    fn roulette(&self) -> f32;
+}
+
+impl Numbers for Draw {
+    #[inline(always)]
+    fn light(&self) -> (f32, [f32; 2]) {
+        (self.light, [self.light_x, self.light_y])
+    }
+
+    #[inline(always)]
+    fn sky(&self) -> [f32; 2] {
+        [self.sky_x, self.sky_y]
+    }
+
+    #[inline(always)]
+    fn direction(&self) -> Vec2 {
+        Vec2::new(self.direction_x, self.direction_y)
+    }
+
+    #[inline(always)]
+    fn lobe(&self) -> f32 {
+        self.lobe
+    }
+
+    #[inline(always)]
+    fn roulette(&self) -> f32 {
+        self.roulette
+    }
+}
+
+/// Draws the numbers of one hit when they are asked for.
+#[derive(Debug)]
+pub struct DrawOnDemand<'a> {
+    /// Where they come from.
+    pub sampler: &'a Sampler,
+    /// The hit's ray's branch.
+    pub stream: Stream,
+    /// The depth.
+    pub depth: u32,
+}
+
+impl Numbers for DrawOnDemand<'_> {
+    #[inline(always)]
+    fn light(&self) -> (f32, [f32; 2]) {
+        let light = self.sampler.one(self.stream, Decision::Light.at(self.depth));
+        (light, self.sampler.pair(self.stream, Decision::LightPoint.at(self.depth)))
+    }
+
+    #[inline(always)]
+    fn sky(&self) -> [f32; 2] {
+        self.sampler.pair(self.stream, Decision::LightPoint.at(self.depth).repeat(1))
+    }
+
+    #[inline(always)]
+    fn direction(&self) -> Vec2 {
+        Vec2::from_array(self.sampler.pair(self.stream, Decision::Direction.at(self.depth)))
+    }
+
+    #[inline(always)]
+    fn lobe(&self) -> f32 {
+        self.sampler.one(self.stream, Decision::Lobe.at(self.depth))
+    }
+
+    #[inline(always)]
+    fn roulette(&self) -> f32 {
+        self.sampler.one(self.stream, Decision::Roulette.at(self.depth))
     }
 }
 

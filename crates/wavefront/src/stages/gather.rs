@@ -5,7 +5,7 @@ use brewster_film::{FilmTile, Light, Part};
 
 use crate::attribution::Attribution;
 use crate::context::Context;
-use crate::queues::{Contribution, ContributionQueue, SamplesViewMut};
+use crate::queues::{Contribution, ContributionQueue, Sample, SamplesViewMut};
 use crate::stats::Counts;
 
 /// Adds all contributions to their samples and empties the queue; tells the film by which way they came. What came by way of a
@@ -22,36 +22,53 @@ pub fn gather(
     attribution: &mut Attribution,
     counts: &mut Counts,
 ) {
-    let clamp = match context.scene.settings.integrator {
-        Integrator::Whitted => f32::INFINITY,
-        Integrator::Path => context.scene.settings.clamp,
-    };
     let keeps_parts = tile.keeps_parts();
     for row in 0..contributions.len() {
         let contribution = contributions.get(row);
-        let Contribution { radiance, trail, .. } = contribution;
         let sample = contribution.sample as usize;
-        let Some(mut light) = Light::new(radiance.to_array()) else {
+        let (view, part) = (samples.as_view(), contribution.trail.part());
+        let Some(light) = settle(context, depth, &contribution, || view.get(sample), attribution, counts) else {
             samples.rejected[sample] += 1;
-            attribution.note_not_light(&contribution, samples.as_view().get(sample), depth);
             continue;
         };
-        let part = trail.part();
-        if part != Part::Direct {
-            attribution.note_light(&contribution, || samples.as_view().get(sample), depth);
-            let largest = radiance.max_element();
-            if largest > clamp {
-                let kept = radiance * (clamp / largest);
-                let [kept, removed] =
-                    [kept, radiance - kept].map(|part| Light::new(part.to_array()).expect("a part of what is light"));
-                light = kept;
-                counts.clamped.add(removed);
-            }
-            if keeps_parts {
-                tile.add_part(samples.pixel[sample], part, light);
-            }
+        if keeps_parts && part != Part::Direct {
+            tile.add_part(samples.pixel[sample], part, light);
         }
         samples.light[sample].add(light);
     }
     contributions.clear();
+}
+
+/// The light that one contribution becomes; none if it is no light. What came by way of a surface is held below the scene's
+/// clamp.
+#[inline(always)]
+pub(crate) fn settle(
+    context: &Context<'_>,
+    depth: u32,
+    contribution: &Contribution,
+    sample: impl FnOnce() -> Sample,
+    attribution: &mut Attribution,
+    counts: &mut Counts,
+) -> Option<Light> {
+    let radiance = contribution.radiance;
+    let Some(mut light) = Light::new(radiance.to_array()) else {
+        attribution.note_not_light(contribution, sample(), depth);
+        return None;
+    };
+    if contribution.trail.part() != Part::Direct {
+        attribution.note_light(contribution, sample, depth);
+        let clamp = match context.scene.settings.integrator {
+            Integrator::Whitted => f32::INFINITY,
+            Integrator::Path => context.scene.settings.clamp,
+        };
+        let largest = radiance.max_element();
+        if largest > clamp {
+            let kept = radiance * (clamp / largest);
+            let [kept, removed] =
+                [kept, radiance - kept].map(|part| Light::new(part.to_array()).expect("a part of what is light"));
+            light = kept;
+            counts.clamped.add(removed);
+        }
+    }
+    Some(light)
 }

@@ -24,39 +24,45 @@ pub fn generate(
     samples: &mut SampleColumns,
     primary: &mut PrimaryQueue,
 ) {
-    let resolution = context.scene.settings.resolution.as_vec2();
-    let aspect = resolution.x / resolution.y;
     samples.clear();
     samples.reserve(tile.len() * numbers.len());
     primary.reserve_total(tile.len() * numbers.len());
     for pixel in 0..tile.len() as u32 {
         let (x, y) = tile.pixel(pixel);
-        let center = Vec2::new(x as f32 + 0.5, y as f32 + 0.5);
         let key = PixelKey::new(x, y);
         for number in numbers.clone() {
-            let (offset, lens) = match context.scene.settings.integrator {
-                Integrator::Whitted => (context.pattern[number as usize], Vec2::ZERO),
-                Integrator::Path => random_place(context, key, number),
-            };
-            let ray = context.camera.ray((center + offset) / resolution, aspect, lens);
-            primary.push(PathRay {
-                origin_x: ray.origin.x,
-                origin_y: ray.origin.y,
-                origin_z: ray.origin.z,
-                direction_x: ray.direction.x,
-                direction_y: ray.direction.y,
-                direction_z: ray.direction.z,
-                weight: Vec3::ONE,
-                pdf: DELTA,
-                sample: samples.len() as u32,
-                trail: Trail::CAMERA,
-                instance: NO_INSTANCE,
-                media,
-                wavelength: PathWavelength::NONE,
-                branch: 1,
-            });
+            let sample = samples.len() as u32;
+            primary.push(PathRay { sample, ..camera_ray(context, (x, y), number, media) });
             samples.push(Sample { pixel, key, number, light: Light::NONE, rays: 0, rejected: 0 });
         }
+    }
+}
+
+/// The ray of a sample of the pixel at (x, y).
+#[inline(always)]
+pub(crate) fn camera_ray(context: &Context<'_>, (x, y): (u32, u32), number: u32, media: MediaId) -> PathRay {
+    let resolution = context.scene.settings.resolution.as_vec2();
+    let center = Vec2::new(x as f32 + 0.5, y as f32 + 0.5);
+    let (offset, lens) = match context.scene.settings.integrator {
+        Integrator::Whitted => (context.pattern[number as usize], Vec2::ZERO),
+        Integrator::Path => random_place(context, PixelKey::new(x, y), number),
+    };
+    let ray = context.camera.ray((center + offset) / resolution, resolution.x / resolution.y, lens);
+    PathRay {
+        origin_x: ray.origin.x,
+        origin_y: ray.origin.y,
+        origin_z: ray.origin.z,
+        direction_x: ray.direction.x,
+        direction_y: ray.direction.y,
+        direction_z: ray.direction.z,
+        weight: Vec3::ONE,
+        pdf: DELTA,
+        sample: 0,
+        trail: Trail::CAMERA,
+        instance: NO_INSTANCE,
+        media,
+        wavelength: PathWavelength::NONE,
+        branch: 1,
     }
 }
 

@@ -18,20 +18,25 @@ pub fn record(
     samples: SamplesView<'_>,
     tile: &mut FilmTile<'_>,
 ) {
-    let materials = context.scene.instances.view().material;
     for row in 0..hits.len() {
         let hit = hits.get(row);
-        let material = materials[hit.instance as usize].0;
-        let albedo = if tile.keeps_parts() { albedo(context, material, &hit) } else { Vec3::ZERO };
-        let first = FirstHit {
-            depth: (hit.point.position - context.camera.position).dot(context.camera.forward).max(0.0),
-            normal: hit.point.shading_normal.to_array(),
-            albedo: albedo.to_array(),
-            material,
-            entity: hit.instance,
-        };
         let sample = rays.sample[hit.ray as usize] as usize;
+        let first = first_hit(context, &hit, tile.keeps_parts());
         tile.add_first_hit(samples.pixel[sample], samples.number[sample], first);
+    }
+}
+
+/// What is written down of one hit.
+#[inline(always)]
+pub(crate) fn first_hit(context: &Context<'_>, hit: &SurfaceHit, keeps_parts: bool) -> FirstHit {
+    let material = context.scene.instances.view().material[hit.instance as usize].0;
+    let albedo = if keeps_parts { albedo(context, material, hit) } else { Vec3::ZERO };
+    FirstHit {
+        depth: (hit.point.position - context.camera.position).dot(context.camera.forward).max(0.0),
+        normal: hit.point.shading_normal.to_array(),
+        albedo: albedo.to_array(),
+        material,
+        entity: hit.instance,
     }
 }
 

@@ -7,7 +7,7 @@ use glam::Vec3;
 use super::scatter::straight;
 use crate::context::Context;
 use crate::media::{MediaStacks, Medium};
-use crate::queues::{Contribution, ContributionQueue, End, SamplesViewMut, ShadowQueue};
+use crate::queues::{Contribution, ContributionQueue, End, SamplesViewMut, ShadowQueue, ShadowRay};
 use crate::stats::Counts;
 
 /// Memory that [`shadow`] reuses.
@@ -58,20 +58,12 @@ pub fn shadow(
         let view = queue.view();
         scratch.blocked.resize(view.len(), false);
         occluded(&context.geometry, context.policy.level, view.rays(), view.distance, &mut scratch.blocked);
-        let dielectrics = context.scene.materials.dielectric.view();
         for row in 0..view.len() {
+            let ray = view.get(row);
             if !scratch.blocked[row] {
-                let medium = stacks.filling(view.media[row]);
-                let radiance = view.contribution[row] * medium.transmittance(view.distance[row], &dielectrics);
-                let trail = view.trail[row].end(End::Light);
-                contributions.push(Contribution {
-                    radiance,
-                    sample: view.sample[row],
-                    trail,
-                    instance: view.instance[row],
-                });
-            } else if context.has_veils || (context.has_sheets && view.passes_sheets[row]) {
-                scratch.next.push(view.get(row));
+                contributions.push(reached(context, &ray, stacks));
+            } else if may_go_on(context, &ray) {
+                scratch.next.push(ray);
             }
         }
         queue.clear();
@@ -94,8 +86,21 @@ fn count_rays(queue: &ShadowQueue, samples: &mut SamplesViewMut<'_>) {
     }
 }
 
-/// Follows each ray to the next surface: past one that is partly absent weakened by the part that is there, through a sheet or a
-/// dielectric, where it may, weakened by what that does not let pass, to its light, or not at all. Factors multiply in the order of the hits.
+/// What a ray brings that nothing stands in the way of.
+#[inline(always)]
+pub(crate) fn reached(context: &Context<'_>, ray: &ShadowRay, stacks: &MediaStacks) -> Contribution {
+    let dielectrics = context.scene.materials.dielectric.view();
+    let radiance = ray.contribution * stacks.filling(ray.media).transmittance(ray.distance, &dielectrics);
+    Contribution { radiance, sample: ray.sample, trail: ray.trail.end(End::Light), instance: ray.instance }
+}
+
+/// Whether what is in a ray's way may be a veil or a sheet.
+#[inline(always)]
+pub(crate) fn may_go_on(context: &Context<'_>, ray: &ShadowRay) -> bool {
+    context.has_veils || (context.has_sheets && ray.passes_sheets)
+}
+
+/// Follows each ray to the next surface.
 fn follow(
     context: &Context<'_>,
     queue: &mut ShadowQueue,
@@ -103,47 +108,61 @@ fn follow(
     scratch: &mut ShadowScratch,
     contributions: &mut ContributionQueue,
 ) {
-    let scene = context.scene;
-    let dielectrics = scene.materials.dielectric.view();
     scratch.hits.resize(queue.len(), Hit::miss());
     closest_hits(&context.geometry, context.policy.level, queue.view().rays(), scratch.hits.view_mut());
     scratch.next.clear();
     // The two queues change places: either has room for what the other may get.
     scratch.next.reserve(queue.capacity());
     for row in 0..queue.len() {
-        let (ray, hit) = (queue.get(row), scratch.hits.get(row));
-        let end = hit.t.min(ray.distance);
-        let mut contribution = ray.contribution * stacks.filling(ray.media).transmittance(end, &dielectrics);
-        if hit.is_miss() || hit.t >= ray.distance {
-            let trail = ray.trail.end(End::Light);
-            contributions.push(Contribution {
-                radiance: contribution,
-                sample: ray.sample,
-                trail,
-                instance: ray.instance,
-            });
-            continue;
+        match meet(context, &queue.get(row), &scratch.hits.get(row), stacks) {
+            Met::Light(contribution) => contributions.push(contribution),
+            Met::Passed(ray) => scratch.next.push(ray),
+            Met::Blocked => {}
         }
-        let id = scene.instances.view().material[hit.instance as usize];
-        let material = scene.materials.rows.get(id.0 as usize);
-        let is_veil = scene.is_veiled(id);
-        let is_clear = scene.settings.transparent_shadows && material.kind == MaterialKind::Dielectric;
-        let is_sheet = context.has_sheets && ray.passes_sheets;
-        if !(is_veil || is_clear || is_sheet) {
-            continue;
-        }
-        let point = surface(&context.geometry, &ray.ray(), &hit);
-        let direction = ray.ray().direction;
-        if is_veil || is_sheet {
-            let there = if is_veil { scene.coverage(id, &point.place(hit.instance, hit.primitive)) } else { 1.0 };
-            let filling = stacks.filling(ray.media);
-            let through = if is_sheet { straight(context, &ray, (&hit, point), filling) } else { Vec3::ZERO };
-            contribution *= through * there + (1.0 - there);
-            if contribution != Vec3::ZERO {
-                scratch.next.push(ray.behind(offset_origin(&point, direction), hit.t, contribution, ray.media));
-            }
-            continue;
-        }
+    }
+    std::mem::swap(queue, &mut scratch.next);
+}
+
+/// What a ray toward a light came to.
+pub(crate) enum Met {
+    /// Its light.
+    Light(Contribution),
+    /// A surface that let some of it through: what is left behind it.
+    Passed(ShadowRay),
+    /// A surface that let nothing through.
+    Blocked,
+}
+
+/// Follows a ray to what it hits: past a surface that is partly absent weakened by the part that is there, through a sheet or a
+/// dielectric, where it may, weakened by what that does not let pass, to its light, or not at all. Factors multiply in the order
+/// of the hits.
+#[inline(always)]
+pub(crate) fn meet(context: &Context<'_>, ray: &ShadowRay, hit: &Hit, stacks: &mut MediaStacks) -> Met {
+    let scene = context.scene;
+    let dielectrics = scene.materials.dielectric.view();
+    let end = hit.t.min(ray.distance);
+    let mut contribution = ray.contribution * stacks.filling(ray.media).transmittance(end, &dielectrics);
+    if hit.is_miss() || hit.t >= ray.distance {
+        let trail = ray.trail.end(End::Light);
+        return Met::Light(Contribution { radiance: contribution, sample: ray.sample, trail, instance: ray.instance });
+    }
+    let id = scene.instances.view().material[hit.instance as usize];
+    let material = scene.materials.rows.get(id.0 as usize);
+    let is_veil = scene.is_veiled(id);
+    let is_clear = scene.settings.transparent_shadows && material.kind == MaterialKind::Dielectric;
+    let is_sheet = context.has_sheets && ray.passes_sheets;
+    if !(is_veil || is_clear || is_sheet) {
+        return Met::Blocked;
+    }
+    let point = surface(&context.geometry, &ray.ray(), hit);
+    let direction = ray.ray().direction;
+    let mut behind = ray.media;
+    if is_veil || is_sheet {
+        let there = if is_veil { scene.coverage(id, &point.place(hit.instance, hit.primitive)) } else { 1.0 };
+        let filling = stacks.filling(ray.media);
+        let through = if is_sheet { straight(context, ray, (hit, point), filling) } else { Vec3::ZERO };
+        contribution *= through * there + (1.0 - there);
+    } else {
         let inward = direction.dot(point.geometric_normal) < 0.0;
         let boundary = stacks.boundary(ray.media, Medium(material.row), inward, &dielectrics);
         if boundary.filling_before != boundary.filling_behind {
@@ -152,10 +171,10 @@ fn follow(
             let fresnel = dielectrics.fresnel[material.row as usize].dielectric(cos_i, eta_i, eta_t);
             contribution *= fresnel.transmittance();
         }
-        if contribution == Vec3::ZERO {
-            continue;
-        }
-        scratch.next.push(ray.behind(offset_origin(&point, direction), hit.t, contribution, boundary.behind));
+        behind = boundary.behind;
     }
-    std::mem::swap(queue, &mut scratch.next);
+    if contribution == Vec3::ZERO {
+        return Met::Blocked;
+    }
+    Met::Passed(ray.behind(offset_origin(&point, direction), hit.t, contribution, behind))
 }

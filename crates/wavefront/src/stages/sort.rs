@@ -1,16 +1,16 @@
 //! Parts hits by kind of material, and those that escaped.
 
 use brewster_buffers::{DetailId, MaterialKind, Mix};
-use brewster_geometry::{HitsView, SurfacePlace, offset_origin, surface};
+use brewster_geometry::{Hit, HitsView, SurfacePlace, offset_origin, surface};
 
 use crate::context::Context;
 use crate::media::{MediaStacks, Medium};
 use crate::queues::{
     CoatedHits, Crossing, CrossingQueue, DielectricHits, EmissiveHits, Escaped, EscapedQueue, LambertHits, MetalHits,
-    PathRaysView, PhongHits, PrincipledHits, RoughDiffuseHits, SamplesView, SurfaceHit, SurfaceHitColumns,
+    PathRay, PathRaysView, PhongHits, PrincipledHits, RoughDiffuseHits, SamplesView, SurfaceHit, SurfaceHitColumns,
     SurfaceHitsView,
 };
-use crate::random::Decision;
+use crate::random::{Decision, Stream};
 use crate::stats::Counts;
 
 /// What became of the rays of one trace.
@@ -117,50 +117,22 @@ pub fn sort(
     sorted: &mut SortedHits,
     counts: &mut Counts,
 ) {
-    let Arrivals { rays, hits, .. } = arrivals;
-    let scene = context.scene;
-    let instances = scene.instances.view();
-    let materials = scene.materials.rows.view();
-    let dielectrics = scene.materials.dielectric.view();
+    let Arrivals { rays, hits, samples, depth } = arrivals;
     sorted.clear();
     for row in 0..rays.len() {
-        let hit = hits.get(row);
-        let ray = rays.get(row);
-        if hit.is_miss() {
-            sorted.escaped.push(Escaped { ray: row as u32 });
-            continue;
-        }
-        let mut material = materials.get(instances.material[hit.instance as usize].0 as usize);
-        let mut point = surface(&context.geometry, &ray.ray(), &hit);
-        if material.detail != DetailId::NONE {
-            let place = point.place(hit.instance, hit.primitive);
-            point.shading_normal = scene.bent_normal(material.detail, &place, &point, ray.ray().direction);
-        }
-        if material.kind == MaterialKind::Mix {
-            let place = point.place(hit.instance, hit.primitive);
-            (material.kind, material.row) = resolve(context, &arrivals, row, material.row, &place);
-        }
-        if let Some(medium) = scene.materials.medium(material) {
-            let direction = ray.ray().direction;
-            let inward = direction.dot(point.geometric_normal) < 0.0;
-            let boundary = stacks.boundary(ray.media, Medium(medium), inward, &dielectrics);
-            if boundary.filling_before == boundary.filling_behind {
-                sorted.crossings.push(Crossing {
-                    ray: row as u32,
-                    media: boundary.behind,
-                    origin: offset_origin(&point, direction),
-                });
+        let stream = || samples.stream(&context.sampler, rays.sample[row], rays.branch[row]);
+        let (kind, hit) = match arrive(context, (&rays.get(row), row as u32), &hits.get(row), depth, stream, stacks) {
+            Arrival::Nothing => {
+                sorted.escaped.push(Escaped { ray: row as u32 });
                 continue;
             }
-        }
-        let hit = SurfaceHit {
-            ray: row as u32,
-            instance: hit.instance,
-            primitive: hit.primitive,
-            material: material.row,
-            point,
+            Arrival::NoBoundary(crossing) => {
+                sorted.crossings.push(crossing);
+                continue;
+            }
+            Arrival::Surface(kind, hit) => (kind, hit),
         };
-        match material.kind {
+        match kind {
             MaterialKind::Phong => sorted.phong.push(hit),
             MaterialKind::Lambert => sorted.lambert.push(hit),
             MaterialKind::RoughDiffuse => sorted.rough_diffuse.push(hit),
@@ -177,21 +149,61 @@ pub fn sort(
     counts.hits += sorted.hits() as u64;
 }
 
-/// The material of a mix that a ray meets, its kind and row: one of both by a number, at every level of mixes in mixes by another.
-fn resolve(
+/// What a ray met.
+pub(crate) enum Arrival {
+    /// Nothing.
+    Nothing,
+    /// A boundary that is none.
+    NoBoundary(Crossing),
+    /// A surface of a kind.
+    Surface(MaterialKind, SurfaceHit),
+}
+
+/// What one ray met, and the point of the surface there; `stream` has the numbers of its branch.
+#[inline(always)]
+pub(crate) fn arrive(
     context: &Context<'_>,
-    arrivals: &Arrivals<'_>,
-    row: usize,
-    mix: u32,
-    place: &SurfacePlace,
-) -> (MaterialKind, u32) {
-    let sample = arrivals.rays.sample[row];
-    let stream = arrivals.samples.stream(&context.sampler, sample, arrivals.rays.branch[row]);
+    (ray, row): (&PathRay, u32),
+    hit: &Hit,
+    depth: u32,
+    stream: impl FnOnce() -> Stream,
+    stacks: &mut MediaStacks,
+) -> Arrival {
+    if hit.is_miss() {
+        return Arrival::Nothing;
+    }
+    let scene = context.scene;
+    let material = scene.instances.view().material[hit.instance as usize];
+    let mut material = scene.materials.rows.view().get(material.0 as usize);
+    let mut point = surface(&context.geometry, &ray.ray(), hit);
+    let direction = ray.ray().direction;
+    if material.detail != DetailId::NONE {
+        let place = point.place(hit.instance, hit.primitive);
+        point.shading_normal = scene.bent_normal(material.detail, &place, &point, direction);
+    }
+    if material.kind == MaterialKind::Mix {
+        let place = point.place(hit.instance, hit.primitive);
+        (material.kind, material.row) = resolve(context, stream(), depth, material.row, &place);
+    }
+    if let Some(medium) = scene.materials.medium(material) {
+        let inward = direction.dot(point.geometric_normal) < 0.0;
+        let boundary = stacks.boundary(ray.media, Medium(medium), inward, &scene.materials.dielectric.view());
+        if boundary.filling_before == boundary.filling_behind {
+            let origin = offset_origin(&point, direction);
+            return Arrival::NoBoundary(Crossing { ray: row, media: boundary.behind, origin });
+        }
+    }
+    let (instance, primitive) = (hit.instance, hit.primitive);
+    Arrival::Surface(material.kind, SurfaceHit { ray: row, instance, primitive, material: material.row, point })
+}
+
+/// The material of a mix that a ray meets, its kind and row: one of both by a number, at every level of mixes in mixes by another.
+fn resolve(context: &Context<'_>, stream: Stream, depth: u32, mix: u32, place: &SurfacePlace) -> (MaterialKind, u32) {
     let (mut met, mut level) = ((MaterialKind::Mix, mix), 0);
     while met.0 == MaterialKind::Mix {
         let Mix { a, b, by } = context.scene.materials.mix.get(met.1 as usize);
         level += 1;
-        let number = context.sampler.one(stream, Decision::Crossing.at(arrivals.depth).repeat(level));
+        let number = context.sampler.one(stream, Decision::Crossing.at(depth).repeat(level));
         met = if number < context.scene.number(by, place) { b } else { a };
     }
     met

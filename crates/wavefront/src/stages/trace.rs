@@ -7,10 +7,11 @@
 
 use brewster_geometry::{Hit, HitColumns, Ray, Rays, closest_hits, offset_origin, surface};
 use brewster_lanes::columns;
+use glam::Vec3;
 
 use crate::context::Context;
 use crate::queues::{PathRaysView, SamplesViewMut};
-use crate::random::Decision;
+use crate::random::{Decision, Stream};
 use crate::stats::Counts;
 
 columns! {
@@ -32,6 +33,22 @@ columns! {
         pub passed: f32,
         /// Its row among those traced.
         pub row: u32,
+    }
+}
+
+impl Passing {
+    #[inline(always)]
+    fn new((origin, passed): (Vec3, f32), direction: Vec3, row: usize) -> Passing {
+        Passing {
+            origin_x: origin.x,
+            origin_y: origin.y,
+            origin_z: origin.z,
+            direction_x: direction.x,
+            direction_y: direction.y,
+            direction_z: direction.z,
+            passed,
+            row: row as u32,
+        }
     }
 }
 
@@ -69,16 +86,17 @@ pub fn trace(
     for &sample in rays.sample {
         samples.rays[sample as usize] += 1;
     }
-    if !(context.has_veils || depth == 0 && context.has_fronts) {
+    if !context.may_be_absent(depth) {
         return;
     }
     scratch.passing.clear();
     scratch.passing.reserve(rays.len());
     scratch.next.reserve(rays.len());
     for row in 0..rays.len() {
-        let meeting = Meeting { ray: rays.get(row).ray(), hit: hits.get(row), row, passed: 0.0 };
-        if let Some(passing) = meeting.passed(context, rays, depth, &samples) {
-            scratch.passing.push(passing);
+        let ray = rays.get(row).ray();
+        let stream = || samples.as_view().stream(&context.sampler, rays.sample[row], rays.branch[row]);
+        if let Some(behind) = behind_veil(context, (&ray, &hits.get(row)), 0.0, depth, stream) {
+            scratch.passing.push(Passing::new(behind, ray.direction, row));
         }
     }
     while !scratch.passing.is_empty() {
@@ -96,74 +114,51 @@ pub fn trace(
             samples.rays[rays.sample[row] as usize] += 1;
             let (hit, passed) = (scratch.hits.get(at), passing.passed[at]);
             hits.set(row, Hit { t: passed + hit.t, ..hit });
-            let meeting = Meeting { ray: onward.get(at), hit, row, passed };
-            if let Some(passing) = meeting.passed(context, rays, depth, &samples) {
-                scratch.next.push(passing);
+            let ray = onward.get(at);
+            let stream = || samples.as_view().stream(&context.sampler, rays.sample[row], rays.branch[row]);
+            if let Some(behind) = behind_veil(context, (&ray, &hit), passed, depth, stream) {
+                scratch.next.push(Passing::new(behind, ray.direction, row));
             }
         }
         std::mem::swap(&mut scratch.passing, &mut scratch.next);
     }
 }
 
-/// A ray's arrival at something.
-struct Meeting {
-    ray: Ray,
-    hit: Hit,
-    /// The row of the whole ray.
-    row: usize,
-    /// How far it had come where `ray` starts.
+/// How a ray goes on behind a surface that is not there: where from, and how far it has come; nothing if the surface is there.
+/// `passed` is how far it had come where `ray` starts.
+#[inline(always)]
+pub(crate) fn behind_veil(
+    context: &Context<'_>,
+    (ray, hit): (&Ray, &Hit),
     passed: f32,
-}
-
-impl Meeting {
-    /// The ray behind the surface if that is not there.
-    #[inline(always)]
-    fn passed(
-        &self,
-        context: &Context<'_>,
-        rays: PathRaysView<'_>,
-        depth: u32,
-        samples: &SamplesViewMut<'_>,
-    ) -> Option<Passing> {
-        let Meeting { ray, hit, row, passed } = *self;
-        if hit.is_miss() {
-            return None;
-        }
-        let scene = context.scene;
-        let material = scene.instances.view().material[hit.instance as usize];
-        let is_culled = depth == 0 && context.has_fronts && scene.is_culled(&ray, &hit);
-        if !(is_culled || scene.is_veiled(material)) {
-            return None;
-        }
-        let point = surface(&context.geometry, &ray, &hit);
-        let coverage = match is_culled {
-            true => 0.0,
-            false => scene.coverage(material, &point.place(hit.instance, hit.primitive)),
-        };
-        let is_there = coverage >= 1.0
-            || coverage > 0.0 && {
-                let sample = rays.sample[row] as usize;
-                let stream = context.sampler.stream(samples.key[sample], samples.number[sample], rays.branch[row]);
-                let dimension = Decision::Crossing.at(depth);
-                // The first number of a depth is as evenly spread as all others; later ones, of which nobody knows how many there
-                // will be, are told apart by where they are asked for.
-                let number = if passed == 0.0 {
-                    context.sampler.one(stream, dimension)
-                } else {
-                    context.sampler.scattered(stream, dimension, [hit.instance, hit.primitive, passed.to_bits()])
-                };
-                number < coverage
-            };
-        let origin = offset_origin(&point, ray.direction);
-        (!is_there).then_some(Passing {
-            origin_x: origin.x,
-            origin_y: origin.y,
-            origin_z: origin.z,
-            direction_x: ray.direction.x,
-            direction_y: ray.direction.y,
-            direction_z: ray.direction.z,
-            passed: passed + hit.t,
-            row: row as u32,
-        })
+    depth: u32,
+    stream: impl FnOnce() -> Stream,
+) -> Option<(Vec3, f32)> {
+    if hit.is_miss() {
+        return None;
     }
+    let scene = context.scene;
+    let material = scene.instances.view().material[hit.instance as usize];
+    let is_culled = depth == 0 && context.has_fronts && scene.is_culled(ray, hit);
+    if !(is_culled || scene.is_veiled(material)) {
+        return None;
+    }
+    let point = surface(&context.geometry, ray, hit);
+    let coverage = match is_culled {
+        true => 0.0,
+        false => scene.coverage(material, &point.place(hit.instance, hit.primitive)),
+    };
+    let is_there = coverage >= 1.0
+        || coverage > 0.0 && {
+            let (stream, dimension) = (stream(), Decision::Crossing.at(depth));
+            // The first number of a depth is as evenly spread as all others; later ones, of which nobody knows how many there
+            // will be, are told apart by where they are asked for.
+            let number = if passed == 0.0 {
+                context.sampler.one(stream, dimension)
+            } else {
+                context.sampler.scattered(stream, dimension, [hit.instance, hit.primitive, passed.to_bits()])
+            };
+            number < coverage
+        };
+    (!is_there).then(|| (offset_origin(&point, ray.direction), passed + hit.t))
 }

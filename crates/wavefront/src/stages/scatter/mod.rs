@@ -17,16 +17,16 @@ use brewster_optics::lobe::{DELTA, LobeSample, LobeSplit, LobeValue, power_heuri
 use glam::{Vec2, Vec3};
 
 use super::shade::facing_normals;
-use super::{Draw, DrawsView};
+use super::{DrawsView, Numbers, Outlet, Queues};
 use crate::albedo::Albedos;
 use crate::context::Context;
 use crate::ledger::Ledger;
 use crate::media::{MediaId, MediaStacks, Medium};
 use crate::queues::{
-    Contribution, ContributionQueue, DepthQueues, End, Event, HitsOf, OnDielectric, OnPrincipled, PathRay,
-    PathRaysView, SamplesView, ShadowQueue, ShadowRay, SurfaceHit,
+    Contribution, End, Event, HitsOf, OnDielectric, OnPrincipled, PathRay, PathRaysView, SamplesView, ShadowRay,
+    SurfaceHit,
 };
-use crate::random::Decision;
+use crate::random::{Decision, Stream};
 use crate::stats::Counts;
 
 /// A kind of material, as the path integrator sees it.
@@ -97,18 +97,14 @@ pub struct Sides {
 pub struct Onward<'a> {
     /// The rays' depth.
     pub depth: u32,
-    /// The queues of the next depth; none at the maximum depth.
-    pub next: Option<&'a mut DepthQueues>,
-    /// Rays toward lights.
-    pub shadows: &'a mut ShadowQueue,
-    /// What is no number ends here, and is told to be none.
-    pub contributions: &'a mut ContributionQueue,
+    /// The queues. What is no number becomes a contribution, and is told to be none.
+    pub queues: Queues<'a>,
     /// The sets of media.
     pub stacks: &'a mut MediaStacks,
 }
 
 /// A ray's arrival at a surface: what does not depend on the kind.
-struct Arrival<'a> {
+struct Arrival<'a, N> {
     context: &'a Context<'a>,
     /// The ray, its wavelength drawn if the surface disperses.
     ray: PathRay,
@@ -116,7 +112,7 @@ struct Arrival<'a> {
     arrived: Vec3,
     hit: SurfaceHit,
     depth: u32,
-    draw: Draw,
+    numbers: N,
     frame: Basis,
     /// The geometric normal on the side that the ray came from.
     geometric: Vec3,
@@ -144,48 +140,69 @@ pub fn scatter<Kind: Scatter>(
     counts: &mut Counts,
 ) {
     let hits = hits.columns();
-    let Some(next) = onward.next.as_deref_mut() else {
-        counts.cut_by_depth += hits.len() as u64;
-        if context.albedos.is_some() {
-            hits.ray.iter().for_each(|&ray| counts.ledger.cut.add(rays.weight[ray as usize]));
-        }
-        return;
-    };
+    if onward.queues.next.is_none() {
+        return hits.ray.iter().for_each(|&ray| cut(context, rays.weight[ray as usize], counts));
+    }
     for row in 0..hits.len() {
         let hit = hits.get(row);
-        let mut ray = rays.get(hit.ray as usize);
-        let direction = ray.ray().direction;
-        let (geometric, normal) = facing_normals(&hit, direction);
-        let mut sides = sides::<Kind>(context, &ray, &hit, normal, onward.stacks);
-        let arrived = ray.weight;
-        if Kind::TRANSMITS {
-            disperse(context, &mut ray, sides.filling, samples);
-        }
-        sides.wavelength = ray.wavelength;
-        let surface = Kind::surface(context, &hit, &sides);
-        let frame = Basis::around(normal);
-        let view = frame.to_local(-direction);
-        let arrival = Arrival {
-            context,
-            ray,
-            arrived,
-            hit,
-            depth: onward.depth,
-            draw: draws.get(row),
-            frame,
-            geometric,
-            media: sides.media,
-            view,
-            transmits: surface.transmits(),
-        };
-        if !surface.is_smooth() {
-            arrival.toward_lights(&surface, onward.stacks, onward.shadows);
-        }
-        let sent = arrival.onward(&surface, next, onward.contributions, counts);
-        if let Some(albedos) = &context.albedos {
-            let albedo = Kind::albedo(albedos, &surface, &hit, &sides, view.z);
-            arrival.book(albedo, sent, &mut counts.ledger);
-        }
+        let ray = rays.get(hit.ray as usize);
+        let first = || samples.stream(&context.sampler, ray.sample, 1);
+        let arrived = (ray, hit, onward.depth);
+        scatter_at::<Kind>(context, arrived, draws.get(row), first, &mut onward.queues, onward.stacks, counts);
+    }
+}
+
+/// Notes a ray that ends at the maximum depth.
+#[inline(always)]
+pub(crate) fn cut(context: &Context<'_>, weight: Vec3, counts: &mut Counts) {
+    counts.cut_by_depth += 1;
+    if context.albedos.is_some() {
+        counts.ledger.cut.add(weight);
+    }
+}
+
+/// One hit of a ray of a depth; `first` has the numbers of the path's first branch.
+#[inline(always)]
+pub(crate) fn scatter_at<Kind: Scatter>(
+    context: &Context<'_>,
+    (mut ray, hit, depth): (PathRay, SurfaceHit, u32),
+    numbers: impl Numbers,
+    first: impl FnOnce() -> Stream,
+    outlet: &mut impl Outlet,
+    stacks: &mut MediaStacks,
+    counts: &mut Counts,
+) {
+    let direction = ray.ray().direction;
+    let (geometric, normal) = facing_normals(&hit, direction);
+    let mut sides = sides::<Kind>(context, &ray, &hit, normal, stacks);
+    let arrived = ray.weight;
+    if Kind::TRANSMITS {
+        disperse(context, &mut ray, sides.filling, first);
+    }
+    sides.wavelength = ray.wavelength;
+    let surface = Kind::surface(context, &hit, &sides);
+    let frame = Basis::around(normal);
+    let view = frame.to_local(-direction);
+    let arrival = Arrival {
+        context,
+        ray,
+        arrived,
+        hit,
+        depth,
+        numbers,
+        frame,
+        geometric,
+        media: sides.media,
+        view,
+        transmits: surface.transmits(),
+    };
+    if !surface.is_smooth() {
+        arrival.toward_lights(&surface, stacks, outlet);
+    }
+    let sent = arrival.onward(&surface, outlet, counts);
+    if let Some(albedos) = &context.albedos {
+        let albedo = Kind::albedo(albedos, &surface, &hit, &sides, view.z);
+        arrival.book(albedo, sent, &mut counts.ledger);
     }
 }
 
@@ -238,28 +255,27 @@ fn sides<Kind: Scatter>(
 
 /// Draws the path's wavelength where it first meets a medium whose index depends on it; all branches of a path have the same.
 #[inline(always)]
-fn disperse(context: &Context<'_>, ray: &mut PathRay, filling: [Medium; 2], samples: SamplesView<'_>) {
+fn disperse(context: &Context<'_>, ray: &mut PathRay, filling: [Medium; 2], first: impl FnOnce() -> Stream) {
     let dielectrics = context.scene.materials.dielectric.view();
     if ray.wavelength != PathWavelength::NONE || !filling.iter().any(|medium| medium.disperses(&dielectrics)) {
         return;
     }
-    let stream = samples.stream(&context.sampler, ray.sample, 1);
-    ray.wavelength = PathWavelength::draw(context.sampler.one(stream, Decision::Wavelength.at(0)));
+    ray.wavelength = PathWavelength::draw(context.sampler.one(first(), Decision::Wavelength.at(0)));
     ray.weight *= ray.wavelength.get().map_or(Vec3::ONE, |wavelength| wavelength.weight);
 }
 
-impl Arrival<'_> {
+impl<N: Numbers> Arrival<'_, N> {
     /// Samples a light and the background.
     #[inline(always)]
-    fn toward_lights(&self, surface: &impl Surface, stacks: &MediaStacks, shadows: &mut ShadowQueue) {
-        let Arrival { context, draw, .. } = *self;
-        let scene = context.scene;
+    fn toward_lights(&self, surface: &impl Surface, stacks: &MediaStacks, outlet: &mut impl Outlet) {
+        let scene = self.context.scene;
         if !scene.emitters.is_empty() {
-            let light = scene.sample_light(self.hit.point.position, draw.light, [draw.light_x, draw.light_y]);
-            self.toward(light, surface, stacks, shadows);
+            let (choice, place) = self.numbers.light();
+            let light = scene.sample_light(self.hit.point.position, choice, place);
+            self.toward(light, surface, stacks, outlet);
         }
         if !scene.background.is_black() {
-            self.toward(scene.background.sample([draw.sky_x, draw.sky_y]), surface, stacks, shadows);
+            self.toward(scene.background.sample(self.numbers.sky()), surface, stacks, outlet);
         }
     }
 
@@ -270,7 +286,7 @@ impl Arrival<'_> {
         light: Option<LightSample>,
         surface: &impl Surface,
         stacks: &MediaStacks,
-        shadows: &mut ShadowQueue,
+        outlet: &mut impl Outlet,
     ) {
         let Some(light) = light else { return };
         let toward = self.frame.to_local(light.direction);
@@ -287,7 +303,7 @@ impl Arrival<'_> {
         let media = self.media_of(light.direction);
         let origin = self.origin(light.direction);
         let (direction, distance) = light.ray_from(origin);
-        shadows.push(ShadowRay {
+        outlet.shadow(ShadowRay {
             origin_x: origin.x,
             origin_y: origin.y,
             origin_z: origin.z,
@@ -306,46 +322,32 @@ impl Arrival<'_> {
 
     /// Sends the path on; tells the weight of what was scattered, before roulette.
     #[inline(always)]
-    fn onward(
-        &self,
-        surface: &impl Surface,
-        next: &mut DepthQueues,
-        contributions: &mut ContributionQueue,
-        counts: &mut Counts,
-    ) -> [Vec3; 2] {
-        let Draw { direction_x, direction_y, lobe, .. } = self.draw;
-        let u = Vec2::new(direction_x, direction_y);
+    fn onward(&self, surface: &impl Surface, outlet: &mut impl Outlet, counts: &mut Counts) -> [Vec3; 2] {
+        let (u, lobe) = (self.numbers.direction(), self.numbers.lobe());
         if !self.splits() {
             let chosen = surface.choose(self.view, u, lobe);
-            return [self.send(chosen, self.ray.branch, next, contributions, counts), Vec3::ZERO];
+            return [self.send(chosen, self.ray.branch, outlet, counts), Vec3::ZERO];
         }
         let LobeSplit { reflection, transmission, reflectance } = surface.split(self.view, u, lobe);
         if reflectance == 1.0 {
-            return [self.send(reflection, self.ray.branch, next, contributions, counts), Vec3::ZERO];
+            return [self.send(reflection, self.ray.branch, outlet, counts), Vec3::ZERO];
         }
         counts.branched += 1;
         let branch = self.ray.branch.wrapping_mul(2);
-        let reflected = self.send(reflection, branch, next, contributions, counts);
-        [reflected, self.send(transmission, branch.wrapping_add(1), next, contributions, counts)]
+        let reflected = self.send(reflection, branch, outlet, counts);
+        [reflected, self.send(transmission, branch.wrapping_add(1), outlet, counts)]
     }
 
     /// Puts a ray into its queue, unless it is absorbed or given up; tells the weight of what was scattered.
     #[inline(always)]
-    fn send(
-        &self,
-        sample: Option<LobeSample>,
-        branch: u32,
-        next: &mut DepthQueues,
-        contributions: &mut ContributionQueue,
-        counts: &mut Counts,
-    ) -> Vec3 {
+    fn send(&self, sample: Option<LobeSample>, branch: u32, outlet: &mut impl Outlet, counts: &mut Counts) -> Vec3 {
         let scattered = sample.map_or(Vec3::ZERO, |sample| self.ray.weight * sample.weight);
         let largest = scattered.max_element();
         if !scattered.is_finite() {
             counts.absorbed += 1;
             let PathRay { sample, trail, .. } = self.ray;
             let (trail, instance) = (trail.end(End::Surface), self.hit.instance);
-            contributions.push(Contribution { radiance: scattered, sample, trail, instance });
+            outlet.light(Contribution { radiance: scattered, sample, trail, instance });
             return Vec3::ZERO;
         }
         let Some(sample) = sample.filter(|_| largest > 0.0) else {
@@ -364,7 +366,7 @@ impl Arrival<'_> {
         let mut weight = scattered;
         if largest < ROULETTE_WEIGHT && self.context.scene.settings.roulette {
             let survival = largest / ROULETTE_WEIGHT;
-            if self.draw.roulette >= survival {
+            if self.numbers.roulette() >= survival {
                 counts.given_up += 1;
                 if ledger {
                     counts.ledger.roulette_removed.add(scattered);
@@ -398,10 +400,10 @@ impl Arrival<'_> {
         };
         if sample.is_transmission() {
             counts.transmissions += 1;
-            next.transmission.push(ray);
+            outlet.transmit(ray);
         } else {
             counts.reflections += 1;
-            next.reflection.push(ray);
+            outlet.reflect(ray);
         }
         scattered
     }
@@ -471,7 +473,7 @@ mod tests {
 
     use super::*;
     use crate::policy::Policy;
-    use crate::queues::{HitQueue, NO_INSTANCE, PathRayColumns, Sample, SampleColumns, Trail};
+    use crate::queues::{ContributionQueue, HitQueue, NO_INSTANCE, PathRayColumns, Sample, SampleColumns, Trail};
     use crate::random::PixelKey;
     use crate::stages::{Draws, draw};
 
@@ -576,9 +578,7 @@ mod tests {
         let (mut next, mut shadows, mut contributions, mut stacks) = Default::default();
         let mut onward = Onward {
             depth: 0,
-            next: Some(&mut next),
-            shadows: &mut shadows,
-            contributions: &mut contributions,
+            queues: Queues { next: Some(&mut next), shadows: &mut shadows, contributions: &mut contributions },
             stacks: &mut stacks,
         };
         let mut counts = Counts::default();

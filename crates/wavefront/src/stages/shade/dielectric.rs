@@ -9,7 +9,8 @@ use glam::Vec3;
 use super::{Continuation, facing_normals, send_shadow_ray};
 use crate::context::Context;
 use crate::media::{MediaId, MediaStacks, Medium};
-use crate::queues::{HitsOf, OnDielectric, PathRay, PathRaysView, ShadowQueue, SurfaceHit};
+use crate::queues::{HitsOf, OnDielectric, PathRay, PathRaysView, SurfaceHit};
+use crate::stages::Outlet;
 use crate::stats::Counts;
 
 /// What a ray finds at a boundary.
@@ -46,27 +47,39 @@ pub fn shade_dielectric(
     rays: PathRaysView<'_>,
     hits: &HitsOf<'_, OnDielectric>,
     stacks: &mut MediaStacks,
-    shadows: &mut ShadowQueue,
-    continuation: &mut Continuation<'_>,
+    continuation: Continuation,
+    outlet: &mut impl Outlet,
     counts: &mut Counts,
 ) {
-    let dielectrics = context.scene.materials.dielectric.view();
     let hits = hits.columns();
     for row in 0..hits.len() {
         let hit = hits.get(row);
-        let ray = rays.get(hit.ray as usize);
-        let split = split(&dielectrics, stacks, &ray, &hit);
-        highlight(context, &ray, &hit, &split, shadows);
-        let send = |direction: Vec3, factor: f32| {
-            let origin = offset_origin(&hit.point, direction);
-            let along = ray.along(Ray { origin, direction });
-            PathRay { weight: ray.weight * factor, instance: hit.instance, media: split.media_of(direction), ..along }
-        };
-        continuation.reflect(send(split.reflected, split.reflectance), counts);
-        match split.transmitted {
-            Some(direction) => continuation.transmit(send(direction, 1.0 - split.reflectance), counts),
-            None => counts.totally_reflected += 1,
-        }
+        split_at_dielectric(context, (&rays.get(hit.ray as usize), &hit), stacks, continuation, outlet, counts);
+    }
+}
+
+/// One hit.
+#[inline(always)]
+pub(crate) fn split_at_dielectric(
+    context: &Context<'_>,
+    (ray, hit): (&PathRay, &SurfaceHit),
+    stacks: &mut MediaStacks,
+    continuation: Continuation,
+    outlet: &mut impl Outlet,
+    counts: &mut Counts,
+) {
+    let dielectrics = context.scene.materials.dielectric.view();
+    let split = split(&dielectrics, stacks, ray, hit);
+    highlight(context, ray, hit, &split, outlet);
+    let send = |direction: Vec3, factor: f32| {
+        let origin = offset_origin(&hit.point, direction);
+        let along = ray.along(Ray { origin, direction });
+        PathRay { weight: ray.weight * factor, instance: hit.instance, media: split.media_of(direction), ..along }
+    };
+    continuation.reflect(send(split.reflected, split.reflectance), outlet, counts);
+    match split.transmitted {
+        Some(direction) => continuation.transmit(send(direction, 1.0 - split.reflectance), outlet, counts),
+        None => counts.totally_reflected += 1,
     }
 }
 
@@ -92,7 +105,7 @@ fn split(dielectrics: &DielectricsView<'_>, stacks: &mut MediaStacks, ray: &Path
 }
 
 /// The lights' images in the surface: a Phong lobe stands for each.
-fn highlight(context: &Context<'_>, ray: &PathRay, hit: &SurfaceHit, split: &Split, shadows: &mut ShadowQueue) {
+fn highlight(context: &Context<'_>, ray: &PathRay, hit: &SurfaceHit, split: &Split, outlet: &mut impl Outlet) {
     let scene = context.scene;
     let material = scene.materials.dielectric.get(hit.material as usize);
     let specular = scene.color(material.specular, &hit.place());
@@ -111,6 +124,6 @@ fn highlight(context: &Context<'_>, ray: &PathRay, hit: &SurfaceHit, split: &Spl
         };
         let media = split.media_of(seen.direction);
         let seen_through = ray.weight * specular * factor * seen.irradiance;
-        send_shadow_ray(shadows, hit, ray, media, &light, seen.direction, seen_through);
+        send_shadow_ray(outlet, hit, ray, media, &light, seen.direction, seen_through);
     }
 }

@@ -19,20 +19,31 @@ pub fn shade_emissive(
     contributions: &mut ContributionQueue,
     counts: &mut Counts,
 ) {
-    let emissive = context.scene.materials.emissive.view();
     let hits = hits.columns();
     for row in 0..hits.len() {
         let hit = hits.get(row);
-        let ray = rays.get(hit.ray as usize);
-        if context.albedos.is_some() {
-            counts.ledger.emitters.add(ray.weight);
+        if let Some(light) = emitted(context, &rays.get(hit.ray as usize), &hit, stacks, counts) {
+            contributions.push(light);
         }
-        let from_behind = ray.ray().direction.dot(hit.point.geometric_normal) >= 0.0;
-        if from_behind && !emissive.two_sided[hit.material as usize] {
-            continue;
-        }
-        contributions.push(shine(context, &ray, &hit, emissive.radiance[hit.material as usize], stacks));
     }
+}
+
+/// What one ray gets.
+#[inline(always)]
+pub(crate) fn emitted(
+    context: &Context<'_>,
+    ray: &PathRay,
+    hit: &SurfaceHit,
+    stacks: &MediaStacks,
+    counts: &mut Counts,
+) -> Option<Contribution> {
+    if context.albedos.is_some() {
+        counts.ledger.emitters.add(ray.weight);
+    }
+    let emissive = context.scene.materials.emissive.view();
+    let from_behind = ray.ray().direction.dot(hit.point.geometric_normal) >= 0.0;
+    let shines = !from_behind || emissive.two_sided[hit.material as usize];
+    shines.then(|| shine(context, ray, hit, emissive.radiance[hit.material as usize], stacks))
 }
 
 /// What a ray gets from a surface that shines toward it.

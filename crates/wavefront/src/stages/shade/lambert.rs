@@ -4,7 +4,8 @@ use brewster_optics::lambert;
 
 use super::{facing_normals, send_shadow_ray};
 use crate::context::Context;
-use crate::queues::{HitsOf, OnLambert, PathRaysView, ShadowQueue};
+use crate::queues::{HitsOf, OnLambert, PathRay, PathRaysView, SurfaceHit};
+use crate::stages::Outlet;
 
 /// For each hit and each light on the viewer's side a shadow ray with albedo/π · N·L · irradiance.
 ///
@@ -13,24 +14,29 @@ pub fn shade_lambert(
     context: &Context<'_>,
     rays: PathRaysView<'_>,
     hits: &HitsOf<'_, OnLambert>,
-    shadows: &mut ShadowQueue,
+    outlet: &mut impl Outlet,
 ) {
-    let scene = context.scene;
     let hits = hits.columns();
     for row in 0..hits.len() {
         let hit = hits.get(row);
-        let ray = rays.get(hit.ray as usize);
-        let material = scene.materials.lambert.get(hit.material as usize);
-        let (geometric, normal) = facing_normals(&hit, ray.ray().direction);
-        let diffuse = lambert::brdf(scene.color(material.albedo, &hit.place()));
-        for index in 0..scene.lights.len() {
-            let light = scene.lights.get(index);
-            let seen = light.illuminate(hit.point.position);
-            let cosine = seen.direction.dot(normal);
-            if cosine > 0.0 && seen.direction.dot(geometric) > 0.0 {
-                let reflected = ray.weight * diffuse * cosine * seen.irradiance;
-                send_shadow_ray(shadows, &hit, &ray, ray.media, &light, seen.direction, reflected);
-            }
+        light_lambert(context, &rays.get(hit.ray as usize), &hit, outlet);
+    }
+}
+
+/// One hit.
+#[inline(always)]
+pub(crate) fn light_lambert(context: &Context<'_>, ray: &PathRay, hit: &SurfaceHit, outlet: &mut impl Outlet) {
+    let scene = context.scene;
+    let material = scene.materials.lambert.get(hit.material as usize);
+    let (geometric, normal) = facing_normals(hit, ray.ray().direction);
+    let diffuse = lambert::brdf(scene.color(material.albedo, &hit.place()));
+    for index in 0..scene.lights.len() {
+        let light = scene.lights.get(index);
+        let seen = light.illuminate(hit.point.position);
+        let cosine = seen.direction.dot(normal);
+        if cosine > 0.0 && seen.direction.dot(geometric) > 0.0 {
+            let reflected = ray.weight * diffuse * cosine * seen.irradiance;
+            send_shadow_ray(outlet, hit, ray, ray.media, &light, seen.direction, reflected);
         }
     }
 }

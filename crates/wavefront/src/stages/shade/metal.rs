@@ -11,7 +11,8 @@ use glam::Vec3;
 use super::{Continuation, facing_normals, send_shadow_ray};
 use crate::context::Context;
 use crate::media::MediaStacks;
-use crate::queues::{HitsOf, OnMetal, PathRaysView, ShadowQueue};
+use crate::queues::{HitsOf, OnMetal, PathRay, PathRaysView, SurfaceHit};
+use crate::stages::Outlet;
 use crate::stats::Counts;
 
 /// For each hit: for each light on the viewer's side a shadow ray with ks · R_0 · max(0, L·R)^exponent · irradiance, and, below
@@ -24,45 +25,55 @@ pub fn shade_metal(
     rays: PathRaysView<'_>,
     hits: &HitsOf<'_, OnMetal>,
     stacks: &MediaStacks,
-    shadows: &mut ShadowQueue,
-    continuation: &mut Continuation<'_>,
+    continuation: Continuation,
+    outlet: &mut impl Outlet,
+    counts: &mut Counts,
+) {
+    let hits = hits.columns();
+    for row in 0..hits.len() {
+        let hit = hits.get(row);
+        mirror_at_metal(context, (&rays.get(hit.ray as usize), &hit), stacks, continuation, outlet, counts);
+    }
+}
+
+/// One hit.
+#[inline(always)]
+pub(crate) fn mirror_at_metal(
+    context: &Context<'_>,
+    (ray, hit): (&PathRay, &SurfaceHit),
+    stacks: &MediaStacks,
+    continuation: Continuation,
+    outlet: &mut impl Outlet,
     counts: &mut Counts,
 ) {
     let scene = context.scene;
     let dielectrics = scene.materials.dielectric.view();
-    let hits = hits.columns();
-    for row in 0..hits.len() {
-        let hit = hits.get(row);
-        let ray = rays.get(hit.ray as usize);
-        let material = scene.materials.metal.get(hit.material as usize);
-        let direction = ray.ray().direction;
-        let (geometric, normal) = facing_normals(&hit, direction);
-        let mirror = mirror(direction, normal);
-        let color = |source| scene.color(source, &hit.place());
-        let (r0, specular) = (color(material.r0), color(material.specular));
-        for index in 0..scene.lights.len() {
-            let light = scene.lights.get(index);
-            let seen = light.illuminate(hit.point.position);
-            if seen.direction.dot(normal) <= 0.0 || seen.direction.dot(geometric) <= 0.0 {
-                continue;
-            }
-            let highlight = specular * r0 * phong_highlight(seen.direction, mirror, material.exponent);
-            let reflected: Vec3 = ray.weight * highlight * seen.irradiance;
-            send_shadow_ray(shadows, &hit, &ray, ray.media, &light, seen.direction, reflected);
+    let material = scene.materials.metal.get(hit.material as usize);
+    let direction = ray.ray().direction;
+    let (geometric, normal) = facing_normals(hit, direction);
+    let mirror = mirror(direction, normal);
+    let color = |source| scene.color(source, &hit.place());
+    let (r0, specular) = (color(material.r0), color(material.specular));
+    for index in 0..scene.lights.len() {
+        let light = scene.lights.get(index);
+        let seen = light.illuminate(hit.point.position);
+        if seen.direction.dot(normal) <= 0.0 || seen.direction.dot(geometric) <= 0.0 {
+            continue;
         }
-        let cos_i = (-direction.dot(normal)).clamp(0.0, 1.0);
-        let reflectance = match material.fresnel {
-            FresnelModel::Exact => {
-                let eta_i = stacks.filling(ray.media).ior(&dielectrics);
-                conductor_color(cos_i, eta_i, material.eta, material.k)
-            }
-            FresnelModel::Schlick | FresnelModel::SchlickThetaM => F82Tint::new(r0, material.f82).reflectance(cos_i),
-        };
-        let origin = offset_origin(&hit.point, mirror);
-        let reflected = ray.along(Ray { origin, direction: mirror });
-        continuation.reflect(
-            crate::queues::PathRay { weight: ray.weight * reflectance, instance: hit.instance, ..reflected },
-            counts,
-        );
+        let highlight = specular * r0 * phong_highlight(seen.direction, mirror, material.exponent);
+        let reflected: Vec3 = ray.weight * highlight * seen.irradiance;
+        send_shadow_ray(outlet, hit, ray, ray.media, &light, seen.direction, reflected);
     }
+    let cos_i = (-direction.dot(normal)).clamp(0.0, 1.0);
+    let reflectance = match material.fresnel {
+        FresnelModel::Exact => {
+            let eta_i = stacks.filling(ray.media).ior(&dielectrics);
+            conductor_color(cos_i, eta_i, material.eta, material.k)
+        }
+        FresnelModel::Schlick | FresnelModel::SchlickThetaM => F82Tint::new(r0, material.f82).reflectance(cos_i),
+    };
+    let origin = offset_origin(&hit.point, mirror);
+    let reflected = ray.along(Ray { origin, direction: mirror });
+    let reflected = PathRay { weight: ray.weight * reflectance, instance: hit.instance, ..reflected };
+    continuation.reflect(reflected, outlet, counts);
 }

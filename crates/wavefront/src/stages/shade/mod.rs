@@ -10,66 +10,71 @@ mod metal;
 mod phong;
 
 pub use dielectric::shade_dielectric;
+pub(crate) use dielectric::split_at_dielectric;
 pub use emissive::shade_emissive;
-pub(crate) use emissive::shine;
+pub(crate) use emissive::{emitted, shine};
+pub(crate) use lambert::light_lambert;
 pub use lambert::shade_lambert;
+pub(crate) use metal::mirror_at_metal;
 pub use metal::shade_metal;
+pub(crate) use phong::light_phong;
 pub use phong::shade_phong;
 
 use brewster_geometry::offset_origin;
 use glam::Vec3;
 
 use crate::media::MediaId;
-use crate::queues::{DepthQueues, Event, PathRay, ShadowQueue, ShadowRay, SurfaceHit};
+use crate::queues::{Event, PathRay, ShadowRay, SurfaceHit};
+use crate::stages::Outlet;
 use crate::stats::Counts;
 
-/// Where reflections and transmissions go: the queues of the next depth, unless that lies beyond the maximum.
-#[derive(Debug)]
-pub struct Continuation<'a> {
-    /// The queues of the next depth; none at the maximum depth.
-    pub next: Option<&'a mut DepthQueues>,
+/// Which reflections and transmissions go on: those below the maximum depth that are not too weak.
+#[derive(Clone, Copy, Debug)]
+pub struct Continuation {
+    /// Whether there is a next depth.
+    pub goes_on: bool,
     /// A ray whose largest weight falls below this is not followed.
     pub threshold: f32,
 }
 
-impl Continuation<'_> {
-    /// Sends a ray into the reflection queue of the next depth.
+impl Continuation {
+    /// Sends a reflection to the next depth.
     #[inline(always)]
-    fn reflect(&mut self, ray: PathRay, counts: &mut Counts) {
-        if let Some(next) = self.admit(&ray, counts) {
+    fn reflect(self, ray: PathRay, outlet: &mut impl Outlet, counts: &mut Counts) {
+        if self.admits(&ray, counts) {
             counts.reflections += 1;
             let (branch, trail) = (ray.branch.wrapping_mul(2), ray.trail.then(Event::Mirrored));
-            next.reflection.push(PathRay { branch, trail, ..ray });
+            outlet.reflect(PathRay { branch, trail, ..ray });
         }
     }
 
-    /// Sends a ray into the transmission queue of the next depth.
+    /// Sends a transmission to the next depth.
     #[inline(always)]
-    fn transmit(&mut self, ray: PathRay, counts: &mut Counts) {
-        if let Some(next) = self.admit(&ray, counts) {
+    fn transmit(self, ray: PathRay, outlet: &mut impl Outlet, counts: &mut Counts) {
+        if self.admits(&ray, counts) {
             counts.transmissions += 1;
             let (branch, trail) = (ray.branch.wrapping_mul(2).wrapping_add(1), ray.trail.then(Event::Refracted));
-            next.transmission.push(PathRay { branch, trail, ..ray });
+            outlet.transmit(PathRay { branch, trail, ..ray });
         }
     }
 
-    /// The next depth's queues, if the ray may go there. One ray alone decides.
+    /// Whether a ray may go on. It alone decides.
     #[inline(always)]
-    fn admit(&mut self, ray: &PathRay, counts: &mut Counts) -> Option<&mut DepthQueues> {
-        if self.next.is_none() {
+    fn admits(self, ray: &PathRay, counts: &mut Counts) -> bool {
+        let is_weak = ray.weight.max_element() < self.threshold;
+        if !self.goes_on {
             counts.cut_by_depth += 1;
-        } else if ray.weight.max_element() < self.threshold {
+        } else if is_weak {
             counts.below_threshold += 1;
-            return None;
         }
-        self.next.as_deref_mut()
+        self.goes_on && !is_weak
     }
 }
 
 /// Sends a ray toward a light, with what it adds if it arrives; nothing that is black is sent.
 #[inline(always)]
 fn send_shadow_ray(
-    queue: &mut ShadowQueue,
+    outlet: &mut impl Outlet,
     hit: &SurfaceHit,
     ray: &PathRay,
     media: MediaId,
@@ -82,7 +87,7 @@ fn send_shadow_ray(
     }
     let origin = offset_origin(&hit.point, toward);
     let seen = light.illuminate(origin);
-    queue.push(ShadowRay {
+    outlet.shadow(ShadowRay {
         origin_x: origin.x,
         origin_y: origin.y,
         origin_z: origin.z,
