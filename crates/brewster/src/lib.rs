@@ -35,6 +35,7 @@
 //! The crates of the data's way, from file to file: [`import`], [`world`], [`buffers`], [`wavefront`], [`film`]; below them
 //! [`optics`], [`geometry`] and [`lanes`].
 
+pub mod explain;
 mod origin;
 mod pace;
 mod render;

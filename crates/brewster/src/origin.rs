@@ -33,19 +33,7 @@ pub struct NamedOrigin {
 impl NamedOrigin {
     pub(crate) fn new(session: &Session, origin: &Origin) -> NamedOrigin {
         let (x, y) = origin.pixel.place();
-        let scene = session.buffers();
-        let instance = (origin.instance != NO_INSTANCE).then_some(origin.instance as usize);
-        let name = |key: u64| session.scene().name_of(SceneKey(key)).map(str::to_owned);
-        let instances = scene.instances.view();
-        let entity = |instance: usize| {
-            let key = instances.key[instance];
-            name(key).unwrap_or_else(|| format!("entity {key}"))
-        };
-        let material = |instance: usize| {
-            let material = scene.materials.rows.get(instances.material[instance].0 as usize);
-            let kind = material.kind.name();
-            name(material.key).map_or(kind.to_owned(), |name| format!("{name} ({kind})"))
-        };
+        let instance = (origin.instance != NO_INSTANCE).then_some(origin.instance);
         NamedOrigin {
             pixel: [x, y],
             sample: origin.sample,
@@ -57,11 +45,30 @@ impl NamedOrigin {
                 Some(End::Background) => "escape",
                 Some(End::Surface) | None => "scatter",
             },
-            entity: instance.map(entity),
-            material: instance.map(material),
+            entity: instance.map(|instance| entity_name(session, instance)),
+            material: instance.map(|instance| material_name(session, instance)),
             radiance: origin.radiance.to_array(),
         }
     }
+}
+
+/// A name in the scene file, or what it is and its key.
+pub(crate) fn key_name(session: &Session, key: u64, what: &str) -> String {
+    session.scene().name_of(SceneKey(key)).map_or_else(|| format!("{what} {key}"), str::to_owned)
+}
+
+/// The name of an instance's entity, or its key.
+pub(crate) fn entity_name(session: &Session, instance: u32) -> String {
+    key_name(session, session.buffers().instances.view().key[instance as usize], "entity")
+}
+
+/// The name and kind of an instance's material, or its kind.
+pub(crate) fn material_name(session: &Session, instance: u32) -> String {
+    let scene = session.buffers();
+    let material = scene.instances.view().material[instance as usize];
+    let material = scene.materials.rows.get(material.0 as usize);
+    let (kind, name) = (material.kind.name(), session.scene().name_of(SceneKey(material.key)));
+    name.map_or(kind.to_owned(), |name| format!("{name} ({kind})"))
 }
 
 impl fmt::Display for NamedOrigin {

@@ -7,9 +7,11 @@ use brewster_buffers::{Integrator, SamplerKind, SceneBuffers, Settings};
 use brewster_film::FilmError;
 use brewster_import::{Applied, Diagnostic, Failure, Importer, LoadOptions, Loaded};
 use brewster_wavefront::Unsupported;
+use brewster_wavefront::explain::ExplainError;
 use brewster_world::{FlattenReport, Invalid, Scene};
 use glam::UVec2;
 
+use crate::explain::{Explanation, Samples};
 use crate::{Render, RenderOptions, Timeline};
 
 /// How a session reads its scene.
@@ -175,6 +177,20 @@ impl Session {
         Render::new(self, options)
     }
 
+    /// Tells how the light of a pixel, by its column and row, came about.
+    ///
+    /// # Errors
+    ///
+    /// There is no such camera, pixel or sample, or the integrator cannot render the scene.
+    pub fn explain(
+        &self,
+        camera: Option<&str>,
+        pixel: [u32; 2],
+        samples: Samples,
+    ) -> Result<Explanation, SessionError> {
+        Explanation::new(self, self.camera(camera)?, pixel, samples)
+    }
+
     /// The number of the camera of that name, or of that number, or of the first one.
     ///
     /// # Errors
@@ -257,6 +273,8 @@ pub enum SessionError {
     },
     /// The integrator cannot render the scene.
     Unsupported(Unsupported),
+    /// There is no such pixel or sample, or it cannot be explained.
+    Explain(ExplainError),
     /// The picture cannot be made or written.
     Film(FilmError),
 }
@@ -276,6 +294,7 @@ impl fmt::Display for SessionError {
                 write!(f, "the scene has no camera {name:?}; those with a name are: {}", known.join(", "))
             }
             SessionError::Unsupported(error) => error.fmt(f),
+            SessionError::Explain(error) => error.fmt(f),
             SessionError::Film(error) => error.fmt(f),
         }
     }

@@ -6,6 +6,7 @@
 //! - `gltf_renders`: pictures of glTF files, views, frames, and the report.
 //! - `watch_follows_edits`: a preview follows its files and survives broken ones.
 //! - `check_tells`: what is wrong with a scene, as text and as JSON.
+//! - `explain_tells`: how a pixel's light came about adds up, and every field is documented.
 //! - `fresnel_tabulates`: reflectance at known angles, and its plots.
 //! - `compare_measures`: figures and maps of differences worked out by hand.
 //! - `shells_are_served`: completions and manual pages.
@@ -17,6 +18,7 @@ mod door {
     mod compare_measures;
     #[cfg(unix)]
     mod ctrl_c_saves;
+    mod explain_tells;
     mod fresnel_tabulates;
     mod gltf_renders;
     mod render_writes_pictures;

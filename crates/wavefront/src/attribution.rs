@@ -3,9 +3,10 @@
 //! Either list keeps [`KEPT`] contributions, chosen by an order in which no two differ in rank, whatever the order in which they come:
 //! the lists are the same on any number of threads and in any batches.
 
+use brewster_film::Light;
 use glam::Vec3;
 
-use crate::queues::{Contribution, Sample, Trail};
+use crate::queues::{Contribution, Sample, ShadowQueue, ShadowRay, Trail};
 use crate::random::PixelKey;
 
 /// Contributions that each list keeps.
@@ -43,12 +44,31 @@ pub struct Attribution {
     not_light: Vec<Origin>,
     /// Those of the largest single channel among what came by way of a surface: fireflies, if there are any.
     largest: Vec<Origin>,
+    /// Everything, where it is wanted.
+    pub(crate) journal: Option<Box<Journal>>,
+}
+
+/// What went through a batch: for explaining, which follows one ray at a time.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Journal {
+    /// Contributions, and the light that samples got of them.
+    pub(crate) lights: Vec<(Contribution, Option<Light>)>,
+    /// Rays toward lights.
+    pub(crate) shadows: Vec<ShadowRay>,
+}
+
+impl Journal {
+    /// Forgets everything.
+    pub(crate) fn clear(&mut self) {
+        self.lights.clear();
+        self.shadows.clear();
+    }
 }
 
 impl Default for Attribution {
     /// Nothing; takes all its memory at once.
     fn default() -> Self {
-        Attribution { not_light: Vec::with_capacity(KEPT + 1), largest: Vec::with_capacity(KEPT + 1) }
+        Attribution { not_light: Vec::with_capacity(KEPT + 1), largest: Vec::with_capacity(KEPT + 1), journal: None }
     }
 }
 
@@ -79,6 +99,22 @@ impl Attribution {
     #[cold]
     pub(crate) fn note_not_light(&mut self, contribution: &Contribution, sample: Sample, depth: u32) {
         insert(&mut self.not_light, origin(contribution, &sample, depth), before_by_place);
+    }
+
+    /// Writes rays toward lights down, if there is a journal.
+    #[inline]
+    pub(crate) fn note_shadows(&mut self, shadows: &ShadowQueue) {
+        if let Some(journal) = &mut self.journal {
+            journal.shadows.extend((0..shadows.len()).map(|row| shadows.get(row)));
+        }
+    }
+
+    /// Writes a contribution down and what became of it, if there is a journal.
+    #[inline(always)]
+    pub(crate) fn note_settled(&mut self, contribution: &Contribution, light: Option<Light>) {
+        if let Some(journal) = &mut self.journal {
+            journal.lights.push((*contribution, light));
+        }
     }
 
     /// Adds what another part of the render noted.
@@ -113,8 +149,6 @@ fn insert(list: &mut Vec<Origin>, origin: Origin, before: fn(&Origin, &Origin) -
 
 #[cfg(test)]
 mod tests {
-    use brewster_film::Light;
-
     use super::*;
 
     /// Contributions of some sizes, many of which are alike, of several pixels and samples.

@@ -39,6 +39,7 @@ pub mod albedo;
 pub mod attribution;
 pub mod batch;
 pub mod context;
+pub mod explain;
 pub mod integrator;
 pub mod ledger;
 pub mod media;

@@ -52,7 +52,7 @@ impl fmt::Display for Unsupported {
 impl std::error::Error for Unsupported {}
 
 /// What the integrator does not render; the table at the head of [`integrator`](crate::integrator) says it in full.
-fn check_integrator(scene: &SceneBuffers, camera: &Camera) -> Result<(), Unsupported> {
+pub(crate) fn check_integrator(scene: &SceneBuffers, camera: &Camera) -> Result<(), Unsupported> {
     let (metal, dielectric) = (scene.materials.metal.view(), scene.materials.dielectric.view());
     let cases = match scene.settings.integrator {
         Integrator::Whitted => vec![

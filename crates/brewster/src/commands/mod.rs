@@ -4,6 +4,7 @@ mod check;
 mod compare;
 mod completions;
 mod convert;
+mod explain;
 mod frames;
 mod fresnel;
 mod man;
@@ -37,6 +38,7 @@ enum Command {
     Render(Box<render::Arguments>),
     Check(Box<check::Arguments>),
     Convert(Box<convert::Arguments>),
+    Explain(Box<explain::Arguments>),
     Fresnel(fresnel::Arguments),
     Compare(compare::Arguments),
     Completions(completions::Arguments),
@@ -118,6 +120,7 @@ pub(crate) fn run(line: CommandLine) -> ExitCode {
         Command::Render(arguments) => render::run(&arguments),
         Command::Check(arguments) => check::run(&arguments),
         Command::Convert(arguments) => convert::run(&arguments),
+        Command::Explain(arguments) => explain::run(&arguments),
         Command::Fresnel(arguments) => fresnel::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
         Command::Completions(arguments) => completions::run(&arguments),

@@ -18,7 +18,7 @@ use clap::{Args, ValueEnum};
 use glam::UVec2;
 
 use super::scene::{SceneArguments, say_warnings};
-use super::values::{self, DisplayArguments};
+use super::values::{self, DisplayArguments, INTEGRATORS};
 use super::{Failure, frames, watch};
 use crate::interrupt::Interrupt;
 use crate::terminal::{Progress, Terminal, count, duration, plural};
@@ -108,8 +108,6 @@ pub(crate) struct Arguments {
     #[arg(short, long)]
     pub quiet: bool,
 }
-
-const INTEGRATORS: &[(&str, Integrator)] = &[("Whitted", Integrator::Whitted), ("Path", Integrator::Path)];
 
 const EXECUTORS: &[(&str, Executor)] = &[("Wavefront", Executor::Wavefront), ("Megakernel", Executor::Megakernel)];
 

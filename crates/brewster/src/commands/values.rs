@@ -7,7 +7,7 @@ use std::path::Path;
 use std::process;
 use std::time::Duration;
 
-use brewster::buffers::{Backdrop, Background};
+use brewster::buffers::{Backdrop, Background, Integrator};
 use brewster::film::{self, ToneMap, Window};
 use brewster::optics::color::linear_from_srgb8;
 use clap::Args;
@@ -44,6 +44,9 @@ fn tone_map() -> impl TypedValueParser<Value = ToneMap> {
     })
 }
 
+/// The names of integrators.
+pub(crate) const INTEGRATORS: &[(&str, Integrator)] = &[("Whitted", Integrator::Whitted), ("Path", Integrator::Path)];
+
 /// One of these names, for its value.
 pub(crate) fn one_of<T: Clone + Send + Sync + 'static>(
     values: &'static [(&'static str, T)],
@@ -58,6 +61,15 @@ pub(crate) fn one_of<T: Clone + Send + Sync + 'static>(
 pub(crate) fn finite(text: &str) -> Result<f32, String> {
     let value: f32 = text.parse().map_err(|_| "expected a number".to_owned())?;
     if value.is_finite() { Ok(value) } else { Err("expected a finite number".to_owned()) }
+}
+
+/// `X,Y`.
+pub(crate) fn pixel(text: &str) -> Result<[u32; 2], String> {
+    let place = text.split_once(',').map(|(x, y)| (x.trim().parse(), y.trim().parse()));
+    match place {
+        Some((Ok(x), Ok(y))) => Ok([x, y]),
+        _ => Err("expected a column and a row with a comma between them, such as 240,135".to_owned()),
+    }
 }
 
 /// `X,Y,Z`.

@@ -54,6 +54,7 @@ pub(super) fn step(context: &Context<'_>, batch: &mut Batch, tile: &mut FilmTile
                     let mut onward = Onward { depth, queues, stacks };
                     scatter(context, rays, &hits, draws.view(), samples.view(), &mut onward, counts);
                 });
+                attribution.note_shadows(shadows);
                 recorder.stage(at(Stage::Shadow), shadows.len(), |counts| {
                     shadow(context, shadows, stacks, scratch, contributions, samples.view_mut(), counts);
                 });

@@ -38,6 +38,7 @@ pub(super) fn step(context: &Context<'_>, batch: &mut Batch, tile: &mut FilmTile
                     let $queues = &mut Queues { next: next.as_deref_mut(), shadows, contributions };
                     $shade
                 });
+                attribution.note_shadows(shadows);
                 recorder.stage(at(Stage::Shadow), shadows.len(), |counts| {
                     shadow(context, shadows, stacks, scratch, contributions, samples.view_mut(), counts);
                 });

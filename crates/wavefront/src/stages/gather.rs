@@ -53,6 +53,7 @@ pub(crate) fn settle(
     let radiance = contribution.radiance;
     let Some(mut light) = Light::new(radiance.to_array()) else {
         attribution.note_not_light(contribution, sample(), depth);
+        attribution.note_settled(contribution, None);
         return None;
     };
     if contribution.trail.part() != Part::Direct {
@@ -70,5 +71,6 @@ pub(crate) fn settle(
             counts.clamped.add(removed);
         }
     }
+    attribution.note_settled(contribution, Some(light));
     Some(light)
 }

@@ -1,7 +1,7 @@
 //! Scattering by boundaries of dielectrics, smooth, rough and thin.
 
 use brewster_optics::dispersion::PathWavelength;
-use brewster_optics::fresnel::FresnelModel;
+use brewster_optics::fresnel::{FresnelModel, Reflectance, dielectric_cosine_form};
 use brewster_optics::lobe::{LobeSample, LobeSplit, LobeValue, mean};
 use brewster_optics::microfacet::{Ggx, RoughDielectric};
 use brewster_optics::refraction;
@@ -11,6 +11,7 @@ use glam::{Vec2, Vec3};
 use super::{Scatter, Sides, Surface};
 use crate::albedo::Albedos;
 use crate::context::Context;
+use crate::explain::Fresnel;
 use crate::media::Medium;
 use crate::queues::{OnDielectric, SurfaceHit};
 
@@ -37,6 +38,36 @@ impl Boundary {
                 None => film.reflectance(cos_i, eta_i, Vec3::splat(eta_t), Vec3::ZERO),
             },
             None => Vec3::splat(self.fresnel.dielectric(cos_i, eta_i, eta_t).reflectance),
+        }
+    }
+}
+
+impl Boundary {
+    /// The part that a smooth boundary reflects. Between the faces of a sheet light goes to and fro: r + (1-r)² r (1 + r² + r⁴ + …) = 2r/(1+r).
+    #[inline(always)]
+    fn reflected(&self, cos_i: f32) -> Vec3 {
+        let once = self.reflectance(cos_i);
+        if self.thin { 2.0 * once / (1.0 + once) } else { once }
+    }
+
+    /// What is to be told of the boundary, as if it were smooth.
+    pub(crate) fn fresnel_at(&self, cos_i: f32) -> Fresnel {
+        let RoughDielectric { facets, eta_i, eta_t } = self.glass;
+        let cos_t = refraction::cos_t(cos_i, eta_i, eta_t);
+        let exact = cos_t.map(|cos_t| dielectric_cosine_form(cos_i, cos_t, eta_i, eta_t));
+        let Reflectance { s, p } = exact.unwrap_or(Reflectance { s: 1.0, p: 1.0 });
+        let f_r = self.reflected(cos_i);
+        Fresnel {
+            model: self.fresnel,
+            alpha: if facets.is_smooth() { 0.0 } else { facets.alphas()[0] },
+            eta_i,
+            eta_t: Some(Vec3::splat(eta_t)),
+            k: None,
+            r_s: Some(Vec3::splat(s)),
+            r_p: Some(Vec3::splat(p)),
+            f_r,
+            f_t: 1.0 - f_r,
+            is_total: cos_t.is_none(),
         }
     }
 }
@@ -111,9 +142,7 @@ impl Surface for Boundary {
         let cos_i = view.z.min(1.0);
         let cos_t = if self.thin { Some(cos_i) } else { refraction::cos_t(cos_i, eta_i, eta_t) };
         let Some(cos_t) = cos_t else { return LobeSplit::opaque(Some(LobeSample::mirror(view, Vec3::ONE))) };
-        let once = self.reflectance(cos_i);
-        // Between the faces of a sheet light goes to and fro: r + (1-r)² r (1 + r² + r⁴ + …) = 2r/(1+r).
-        let reflectance = if self.thin { 2.0 * once / (1.0 + once) } else { once };
+        let reflectance = self.reflected(cos_i);
         let transmittance = 1.0 - reflectance;
         let transmission = match self.thin {
             true => LobeSample::straight(view, transmittance),

@@ -1,7 +1,7 @@
 //! Scattering by metals, smooth and rough.
 
 use brewster_optics::conductor::F82Tint;
-use brewster_optics::fresnel::{FresnelModel, conductor_color};
+use brewster_optics::fresnel::{FresnelModel, Reflectance, conductor, conductor_color};
 use brewster_optics::lobe::{LobeSample, LobeSplit, LobeValue};
 use brewster_optics::microfacet::Ggx;
 use brewster_optics::multiple::{CompensatedMirror, average_fresnel};
@@ -11,6 +11,7 @@ use glam::{Vec2, Vec3};
 use super::{Scatter, Sides, Surface};
 use crate::albedo::Albedos;
 use crate::context::Context;
+use crate::explain::Fresnel;
 use crate::queues::{OnMetal, SurfaceHit};
 
 /// A conductor, its index relative to the medium in front of it.
@@ -58,6 +59,26 @@ impl Conductor {
             eta_i,
             eta: material.eta,
             k: material.k,
+        }
+    }
+
+    /// What is to be told of the metal, as if it were smooth.
+    pub(crate) fn fresnel_at(&self, cos_i: f32) -> Fresnel {
+        let by_index = self.fresnel == FresnelModel::Exact;
+        let channel = |part: fn(Reflectance) -> f32| {
+            Vec3::from_array([0, 1, 2].map(|i| part(conductor(cos_i, self.eta_i, self.eta[i], self.k[i]))))
+        };
+        Fresnel {
+            model: self.fresnel,
+            alpha: if self.is_smooth() { 0.0 } else { self.facets.alphas()[0] },
+            eta_i: self.eta_i,
+            eta_t: by_index.then_some(self.eta),
+            k: by_index.then_some(self.k),
+            r_s: by_index.then(|| channel(|reflectance| reflectance.s)),
+            r_p: by_index.then(|| channel(|reflectance| reflectance.p)),
+            f_r: self.reflectance(cos_i),
+            f_t: Vec3::ZERO,
+            is_total: false,
         }
     }
 

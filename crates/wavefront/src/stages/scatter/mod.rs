@@ -230,7 +230,7 @@ pub(crate) fn straight(context: &Context<'_>, ray: &ShadowRay, found: (&Hit, Sur
 }
 
 /// The media at a hit.
-fn sides<Kind: Scatter>(
+pub(crate) fn sides<Kind: Scatter>(
     context: &Context<'_>,
     ray: &PathRay,
     hit: &SurfaceHit,
