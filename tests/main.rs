@@ -8,6 +8,7 @@
 //! - `edits_agree`: after any series of edits the picture is that of a new scene, bit for bit.
 //! - `energy_accounted`: the path integrator's ledger of energy closes.
 //! - `explained`: what is told of a pixel adds up to it, to the last unit.
+//! - `fresnel_error`: the difference of two Fresnel models over the same paths is that of the models.
 //! - `furnace`: in light from everywhere nothing is lost but what the maximum depth cuts.
 //! - `gltf_agrees`: a ball in a glTF file is the same ball with the material that it should come to.
 //! - `gltf_converts`: a glTF file that was converted to RON makes the picture that the file makes.
@@ -38,6 +39,7 @@ mod dispersion;
 mod edits_agree;
 mod energy_accounted;
 mod explained;
+mod fresnel_error;
 mod furnace;
 mod gltf_agrees;
 mod gltf_converts;

@@ -41,6 +41,7 @@ mod pace;
 mod render;
 mod session;
 mod stats;
+pub mod tape;
 mod timeline;
 
 pub use brewster_buffers as buffers;

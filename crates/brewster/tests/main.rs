@@ -2,6 +2,7 @@
 //!
 //! - `render_writes_pictures`: every format, option and error of `render`.
 //! - `stats_agree`: counts do not depend on threads or batches, and every field is documented.
+//! - `replay_repeats`: tapes run to the same result, and bad ones are refused.
 //! - `ctrl_c_saves`: an interrupted render, or one with a time limit, leaves what is finished.
 //! - `gltf_renders`: pictures of glTF files, views, frames, and the report.
 //! - `watch_follows_edits`: a preview follows its files and survives broken ones.
@@ -22,6 +23,7 @@ mod door {
     mod fresnel_tabulates;
     mod gltf_renders;
     mod render_writes_pictures;
+    mod replay_repeats;
     mod shells_are_served;
     mod stats_agree;
     mod watch_follows_edits;

@@ -209,6 +209,16 @@ impl PathWavelength {
         PathWavelength(1 + (u * f32::from(u16::MAX)) as u16)
     }
 
+    /// As a number: 0 for none.
+    pub const fn bits(self) -> u16 {
+        self.0
+    }
+
+    /// What has these [`bits`](PathWavelength::bits).
+    pub const fn from_bits(bits: u16) -> PathWavelength {
+        PathWavelength(bits)
+    }
+
     /// The wavelength that was drawn.
     #[inline]
     pub fn get(self) -> Option<Wavelength> {

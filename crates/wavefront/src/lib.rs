@@ -43,6 +43,7 @@ pub mod explain;
 pub mod integrator;
 pub mod ledger;
 pub mod media;
+pub mod models;
 mod pattern;
 mod policy;
 pub mod queues;
@@ -50,6 +51,7 @@ pub mod random;
 mod render;
 pub mod stages;
 pub mod stats;
+pub mod tape;
 
 pub use policy::{Executor, Policy, QueueOrder, SortKey};
 pub use render::{Control, Renderer, Unsupported};

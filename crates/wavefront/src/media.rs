@@ -194,6 +194,18 @@ impl MediaStacks {
         Boundary { behind, filling_before: if fills { medium } else { filling_before }, filling_behind }
     }
 
+    /// The media of a set in the order in which they were entered.
+    pub fn entered(&self, media: MediaId) -> Vec<Medium> {
+        let (mut entered, mut at) = (Vec::new(), media);
+        while at != MediaId::VACUUM {
+            let node = self.nodes[at.0 as usize];
+            entered.push(node.entered);
+            at = node.outside;
+        }
+        entered.reverse();
+        entered
+    }
+
     /// Enters media one after the other, from vacuum.
     pub fn enter_all(&mut self, entered: &[Medium], dielectrics: &DielectricsView<'_>) -> MediaId {
         entered.iter().fold(MediaId::VACUUM, |media, &medium| self.enter(media, medium, dielectrics))

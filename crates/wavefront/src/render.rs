@@ -93,6 +93,11 @@ impl Control {
         self.stop.load(Ordering::Relaxed)
     }
 
+    /// Counts samples as finished.
+    pub(crate) fn count(&self, samples: u64) {
+        self.samples.fetch_add(samples, Ordering::Relaxed);
+    }
+
     /// Samples finished so far, over all pixels.
     pub fn samples(&self) -> u64 {
         self.samples.load(Ordering::Relaxed)
@@ -186,7 +191,7 @@ impl<'a> Renderer<'a> {
                             (Executor::Wavefront, Integrator::Path) => path,
                         };
                         follow(context, samples.clone(), batch, &mut tile);
-                        control.samples.fetch_add((tile.len() * samples.len()) as u64, Ordering::Relaxed);
+                        control.count((tile.len() * samples.len()) as u64);
                     }
                 });
             }

@@ -8,7 +8,9 @@ mod explain;
 mod frames;
 mod fresnel;
 mod man;
+mod models;
 mod render;
+mod replay;
 mod scene;
 mod values;
 mod watch;
@@ -36,6 +38,7 @@ const EXIT_CODES: &str = "Exit codes: 0 done; 1 the input cannot be used or the 
 #[derive(Debug, Subcommand)]
 enum Command {
     Render(Box<render::Arguments>),
+    Replay(Box<replay::Arguments>),
     Check(Box<check::Arguments>),
     Convert(Box<convert::Arguments>),
     Explain(Box<explain::Arguments>),
@@ -118,6 +121,7 @@ pub(crate) fn print(text: impl AsRef<[u8]>) -> Result<(), Failure> {
 pub(crate) fn run(line: CommandLine) -> ExitCode {
     let result = match line.command {
         Command::Render(arguments) => render::run(&arguments),
+        Command::Replay(arguments) => replay::run(&arguments),
         Command::Check(arguments) => check::run(&arguments),
         Command::Convert(arguments) => convert::run(&arguments),
         Command::Explain(arguments) => explain::run(&arguments),

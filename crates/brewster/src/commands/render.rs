@@ -10,6 +10,7 @@ use std::time::{Duration, Instant};
 use brewster::buffers::{Backdrop, Integrator, SamplerKind, Settings, ToneMapping};
 use brewster::film::{Display, Format, Keep, PngAlpha, PngDepth, PngSettings, SCALE, ToneMap, Window};
 use brewster::import::Severity;
+use brewster::optics::fresnel::FresnelModel;
 use brewster::wavefront::ledger::{Energy, Ledger};
 use brewster::wavefront::queues::RaySource;
 use brewster::wavefront::{Control, Executor, Policy, Stage};
@@ -19,7 +20,7 @@ use glam::UVec2;
 
 use super::scene::{SceneArguments, say_warnings};
 use super::values::{self, DisplayArguments, INTEGRATORS};
-use super::{Failure, frames, watch};
+use super::{Failure, frames, models, watch};
 use crate::interrupt::Interrupt;
 use crate::terminal::{Progress, Terminal, count, duration, plural};
 
@@ -104,12 +105,22 @@ pub(crate) struct Arguments {
     /// Say which contributions were the largest, and where they came from.
     #[arg(long, conflicts_with = "watch")]
     pub fireflies: bool,
+    /// Write, in place of the picture, what another Fresnel model changes in it, over the same paths: .exr, the signed difference, or
+    /// .png, its size.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["output", "watch", "frames", "stats", "trace", "time_limit", "fireflies"])]
+    pub fresnel_error: Option<PathBuf>,
+    /// The other model.
+    #[arg(long, value_name = "NAME", ignore_case = true, value_parser = values::one_of(APPROXIMATIONS), default_value = "Schlick", requires = "fresnel_error")]
+    pub approximation: FresnelModel,
     /// Say nothing but errors.
     #[arg(short, long)]
     pub quiet: bool,
 }
 
 const EXECUTORS: &[(&str, Executor)] = &[("Wavefront", Executor::Wavefront), ("Megakernel", Executor::Megakernel)];
+
+const APPROXIMATIONS: &[(&str, FresnelModel)] =
+    &[("Schlick", FresnelModel::Schlick), ("SchlickThetaM", FresnelModel::SchlickThetaM)];
 
 const SAMPLERS: &[(&str, SamplerKind)] = &[("Sobol", SamplerKind::Sobol), ("Independent", SamplerKind::Independent)];
 
@@ -129,6 +140,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let terminal = Terminal::new(arguments.quiet);
     let interrupt = Interrupt::listen()?;
     let mut session = arguments.scene.session(arguments.settings())?;
+    if let Some(path) = &arguments.fresnel_error {
+        return models::run(arguments, &mut session, path, terminal, &interrupt);
+    }
     if arguments.watch {
         return watch::run(arguments, &mut session, &outputs, terminal, &interrupt);
     }
@@ -174,6 +188,13 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
 impl Arguments {
     /// Where the picture goes, checked before any work is done.
     fn outputs(&self) -> Result<Vec<PathBuf>, Failure> {
+        if let Some(path) = &self.fresnel_error {
+            if !matches!(Format::of(path), Ok(Format::Png | Format::Exr)) {
+                return Err(Failure::Usage(format!("{}: a difference is an .exr or a .png file", path.display())));
+            }
+            values::check_writable(path)?;
+            return Ok(Vec::new());
+        }
         let mut outputs = self.output.clone();
         if outputs.is_empty() {
             let name = self.scene.scene.file_name().unwrap_or("picture".as_ref());
@@ -287,22 +308,7 @@ pub(crate) fn trace(
     let pixels = render.film().order().len() as u64;
     let progress = terminal.count("trace", pixels * u64::from(render.samples().asked));
     let control = Control::default();
-    let ended = AtomicBool::new(false);
-    thread::scope(|scope| {
-        let watcher = scope.spawn(|| {
-            while !ended.load(Ordering::Relaxed) {
-                if stop() {
-                    control.stop();
-                }
-                progress.advance(control.samples());
-                thread::park_timeout(Duration::from_millis(50));
-            }
-        });
-        // However the passes end, the watcher ends with them.
-        let _end = OnDrop(|| {
-            ended.store(true, Ordering::Relaxed);
-            watcher.thread().unpark();
-        });
+    watched(&control, &progress, &stop, || {
         while render.remaining() > 0 && !control.stopped() && !stop() {
             render.pass(&control);
             progress.remark(format!("{:.2} Mrays/s", rate(render)));
@@ -323,6 +329,33 @@ pub(crate) fn trace(
     };
     terminal.say(format_args!("stopped  {has} of {}", samples.asked));
     false
+}
+
+/// Works while another thread shows how far it is, and asks for a stop when `stop` says so.
+pub(crate) fn watched<T>(
+    control: &Control,
+    progress: &Progress,
+    stop: impl Fn() -> bool + Sync,
+    work: impl FnOnce() -> T,
+) -> T {
+    let ended = AtomicBool::new(false);
+    thread::scope(|scope| {
+        let watcher = scope.spawn(|| {
+            while !ended.load(Ordering::Relaxed) {
+                if stop() {
+                    control.stop();
+                }
+                progress.advance(control.samples());
+                thread::park_timeout(Duration::from_millis(50));
+            }
+        });
+        // However the work ends, the watcher ends with it.
+        let _end = OnDrop(|| {
+            ended.store(true, Ordering::Relaxed);
+            watcher.thread().unpark();
+        });
+        work()
+    })
 }
 
 /// Runs something when it goes.

@@ -222,3 +222,22 @@ fn files_outside_the_folder_need_leave() {
     desk.run("render scenes/scene.ron").expect(1, "--allow-path");
     desk.run("render scenes/scene.ron --allow-path meshes").expect(0, "wrote");
 }
+
+#[test]
+fn what_another_model_changes_is_written_in_place_of_the_picture() {
+    let desk = Desk::with_scene();
+    let said = desk.run("render scene.ron --fresnel-error a.exr --threads 2").expect(0, "Schlick differs by").err;
+    assert!(said.contains("wrote    a.exr"), "{said}");
+    desk.run("render scene.ron --fresnel-error a.png --approximation SchlickThetaM --quiet").expect(0, "");
+    assert_eq!(desk.files(), ["a.exr", "a.png", "scene.ron"]);
+    desk.run("render scene.ron --fresnel-error a.hdr").expect(2, "a difference is an .exr or a .png file");
+    desk.run("render scene.ron --fresnel-error a.exr -o b.png").expect(2, "cannot be used with");
+}
+
+#[test]
+fn without_queues_it_is_the_same_picture() {
+    let desk = Desk::with_scene();
+    desk.run("render scene.ron --quiet -o a.exr").expect(0, "");
+    desk.run("render scene.ron --quiet --executor Megakernel -o b.exr").expect(0, "");
+    assert!(desk.read("a.exr") == desk.read("b.exr"), "another picture");
+}

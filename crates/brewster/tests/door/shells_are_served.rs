@@ -2,7 +2,8 @@
 
 use super::desk::Desk;
 
-const COMMANDS: [&str; 6] = ["render", "check", "fresnel", "compare", "completions", "man"];
+const COMMANDS: [&str; 9] =
+    ["render", "check", "convert", "explain", "fresnel", "compare", "replay", "completions", "man"];
 
 #[test]
 fn every_shell_gets_a_script_with_every_command() {

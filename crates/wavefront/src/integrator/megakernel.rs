@@ -11,6 +11,7 @@ use std::time::Instant;
 use brewster_buffers::{Integrator, MaterialKind};
 use brewster_film::{FilmTile, Light, Part};
 use brewster_geometry::{Hit, RayByRay, RayMemory};
+use glam::Vec3;
 
 use crate::attribution::Attribution;
 use crate::batch::Batch;
@@ -29,51 +30,112 @@ use crate::stages::{
 };
 use crate::stats::{Counts, Stage, Stats};
 
+/// What goes along with the rays of paths, beside the light that they are followed for.
+pub(crate) trait Beside {
+    /// What goes along with one ray.
+    type Mark: Copy;
+
+    /// That of a camera ray.
+    fn start(&mut self) -> Self::Mark;
+
+    /// That of a ray that a hit sends, or sends toward a light, in a direction.
+    fn sent(&self, hit: &HitOf<'_>, toward: Toward, mark: Self::Mark, stacks: &mut MediaStacks) -> Self::Mark;
+
+    /// That of a ray toward a light behind what it met.
+    fn met(&self, ray: &ShadowRay, hit: &Hit, met: &Met, mark: Self::Mark, stacks: &mut MediaStacks) -> Self::Mark;
+
+    /// Takes light that a ray of a depth brings.
+    fn light(&mut self, contribution: &Contribution, depth: u32, sample: &Sample, mark: Self::Mark);
+
+    /// Takes the end of a sample's path.
+    fn end(&mut self, sample: &Sample);
+}
+
+/// A ray's hit on a kind of material.
+pub(crate) struct HitOf<'h> {
+    pub(crate) kind: MaterialKind,
+    pub(crate) ray: &'h PathRay,
+    pub(crate) hit: &'h SurfaceHit,
+    pub(crate) sample: &'h Sample,
+}
+
+/// Where a hit sends a ray.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Toward {
+    /// On.
+    Onward(Vec3),
+    /// To a light.
+    Light(Vec3),
+}
+
+/// Nothing goes along.
+impl Beside for () {
+    type Mark = ();
+
+    #[inline(always)]
+    fn start(&mut self) {}
+
+    #[inline(always)]
+    fn sent(&self, _: &HitOf<'_>, _: Toward, (): (), _: &mut MediaStacks) {}
+
+    #[inline(always)]
+    fn met(&self, _: &ShadowRay, _: &Hit, _: &Met, (): (), _: &mut MediaStacks) {}
+
+    #[inline(always)]
+    fn light(&mut self, _: &Contribution, _: u32, _: &Sample, (): ()) {}
+
+    #[inline(always)]
+    fn end(&mut self, _: &Sample) {}
+}
+
 /// A ray that waits.
 #[derive(Clone, Copy, Debug)]
-struct Waiting {
+struct Waiting<M> {
     ray: PathRay,
     depth: u32,
     source: RaySource,
+    mark: M,
 }
 
 /// What waits while a path is followed: memory that is kept from path to path.
 #[derive(Debug, Default)]
-pub struct DepthFirst {
-    rays: Vec<Waiting>,
+pub struct DepthFirst<M = ()> {
+    rays: Vec<Waiting<M>>,
     shadows: Vec<ShadowRay>,
-    lights: Vec<Contribution>,
+    lights: Vec<(Contribution, M)>,
     memory: RayMemory,
 }
 
-impl DepthFirst {
+impl<M> DepthFirst<M> {
     /// Bytes of memory taken.
     pub fn bytes(&self) -> usize {
-        self.rays.capacity() * size_of::<Waiting>()
+        self.rays.capacity() * size_of::<Waiting<M>>()
             + self.shadows.capacity() * size_of::<ShadowRay>()
-            + self.lights.capacity() * size_of::<Contribution>()
+            + self.lights.capacity() * size_of::<(Contribution, M)>()
             + self.memory.bytes()
     }
 }
 
 /// What the hit of a path sends.
-struct Sent<'w> {
-    rays: &'w mut Vec<Waiting>,
+struct Sent<'w, M> {
+    rays: &'w mut Vec<Waiting<M>>,
     /// The depth of rays that a hit sends on.
     next: u32,
+    /// What goes along with the ray that met it.
+    mark: M,
     shadows: &'w mut Vec<ShadowRay>,
-    lights: &'w mut Vec<Contribution>,
+    lights: &'w mut Vec<(Contribution, M)>,
 }
 
-impl Outlet for Sent<'_> {
+impl<M: Copy> Outlet for Sent<'_, M> {
     #[inline(always)]
     fn reflect(&mut self, ray: PathRay) {
-        self.rays.push(Waiting { ray, depth: self.next, source: RaySource::Reflection });
+        self.rays.push(Waiting { ray, depth: self.next, source: RaySource::Reflection, mark: self.mark });
     }
 
     #[inline(always)]
     fn transmit(&mut self, ray: PathRay) {
-        self.rays.push(Waiting { ray, depth: self.next, source: RaySource::Transmission });
+        self.rays.push(Waiting { ray, depth: self.next, source: RaySource::Transmission, mark: self.mark });
     }
 
     #[inline(always)]
@@ -83,16 +145,17 @@ impl Outlet for Sent<'_> {
 
     #[inline(always)]
     fn light(&mut self, contribution: Contribution) {
-        self.lights.push(contribution);
+        self.lights.push((contribution, self.mark));
     }
 }
 
 /// A path and what it is followed with.
-struct Follower<'f, 'a, 't> {
+struct Follower<'f, 'a, 't, B: Beside> {
     context: &'f Context<'a>,
     tracer: RayByRay<'f>,
     stacks: &'f mut MediaStacks,
-    sent: Sent<'f>,
+    sent: Sent<'f, B::Mark>,
+    beside: &'f mut B,
     stats: &'f mut Stats,
     attribution: &'f mut Attribution,
     tile: &'f mut FilmTile<'t>,
@@ -101,8 +164,21 @@ struct Follower<'f, 'a, 't> {
 
 /// Follows some samples of every pixel of a tile to their ends, one after the other.
 pub fn megakernel(context: &Context<'_>, samples: Range<u32>, batch: &mut Batch, tile: &mut FilmTile<'_>) {
+    let mut depth_first = std::mem::take(&mut batch.depth_first);
+    follow_beside(context, samples, batch, tile, (&mut depth_first, &mut ()));
+    batch.depth_first = depth_first;
+}
+
+/// The same, and something goes along.
+pub(crate) fn follow_beside<B: Beside>(
+    context: &Context<'_>,
+    samples: Range<u32>,
+    batch: &mut Batch,
+    tile: &mut FilmTile<'_>,
+    (depth_first, beside): (&mut DepthFirst<B::Mark>, &mut B),
+) {
     let start = Instant::now();
-    let Batch { stacks, attribution, recorder, depth_first, .. } = batch;
+    let Batch { stacks, attribution, recorder, .. } = batch;
     stacks.reset();
     let around = stacks.enter_all(&context.camera_media, &context.scene.materials.dielectric.view());
     let DepthFirst { rays, shadows, lights, memory } = depth_first;
@@ -110,7 +186,8 @@ pub fn megakernel(context: &Context<'_>, samples: Range<u32>, batch: &mut Batch,
         context,
         tracer: RayByRay::new(context.geometry, context.policy.level, memory),
         stacks,
-        sent: Sent { rays, next: 0, shadows, lights },
+        sent: Sent { rays, next: 0, mark: beside.start(), shadows, lights },
+        beside,
         stats: &mut recorder.stats,
         attribution,
         tile,
@@ -124,7 +201,7 @@ pub fn megakernel(context: &Context<'_>, samples: Range<u32>, batch: &mut Batch,
     recorder.stats.unstaged += start.elapsed();
 }
 
-impl Follower<'_, '_, '_> {
+impl<B: Beside> Follower<'_, '_, '_, B> {
     /// Follows the path of one sample.
     #[inline(always)]
     fn path(&mut self, pixel: u32, number: u32, around: MediaId) {
@@ -134,17 +211,20 @@ impl Follower<'_, '_, '_> {
         count(counts, Stage::Generate);
         count(counts, Stage::Fold);
         let ray = camera_ray(self.context, (x, y), number, around);
-        self.sent.rays.push(Waiting { ray, depth: 0, source: RaySource::Primary });
+        let mark = self.beside.start();
+        self.sent.rays.push(Waiting { ray, depth: 0, source: RaySource::Primary, mark });
         while let Some(waiting) = self.sent.rays.pop() {
             self.follow(waiting);
         }
         fold_one(&self.sample, self.tile);
+        self.beside.end(&self.sample);
     }
 
     /// Follows one ray to what it meets, and that sends others on.
     #[inline(always)]
-    fn follow(&mut self, Waiting { mut ray, depth, source }: Waiting) {
+    fn follow(&mut self, Waiting { mut ray, depth, source, mark }: Waiting<B::Mark>) {
         let Follower { context, tracer, stacks, sent, stats, tile, sample, .. } = self;
+        sent.mark = mark;
         let counts = &mut stats.depths[depth as usize].counts[source as usize];
         [Stage::Order, Stage::Trace, Stage::Absorb, Stage::Sort].into_iter().for_each(|stage| count(counts, stage));
         let hit = trace(context, tracer, (&ray, depth), sample, counts);
@@ -154,13 +234,14 @@ impl Follower<'_, '_, '_> {
             Arrival::Nothing => {
                 counts.escaped += 1;
                 count(counts, Stage::Escape);
-                sent.lights.extend(seen_behind(context, depth, &ray, stacks, counts));
+                let light = seen_behind(context, depth, &ray, stacks, counts);
+                light.into_iter().for_each(|light| sent.light(light));
             }
             Arrival::NoBoundary(crossing) => {
                 counts.crossings += 1;
                 count(counts, Stage::Cross);
                 let ray = behind(context, &ray, &crossing, counts);
-                sent.rays.push(Waiting { ray, depth, source: RaySource::Transmission });
+                sent.rays.push(Waiting { ray, depth, source: RaySource::Transmission, mark });
             }
             Arrival::Surface(kind, hit) => {
                 counts.hits += 1;
@@ -169,12 +250,14 @@ impl Follower<'_, '_, '_> {
                     let first = first_hit(context, &hit, tile.keeps_parts());
                     tile.add_first_hit(sample.pixel, sample.number, first);
                 }
+                let waited = sent.rays.len();
                 sent.next = depth + 1;
                 match context.scene.settings.integrator {
                     Integrator::Whitted => self.shade(kind, (&ray, &hit), depth, source),
                     Integrator::Path => self.scatter(kind, (&ray, &hit), depth, source),
                 }
-                self.shadows(depth, source);
+                self.mark((kind, &ray, &hit), waited);
+                self.shadows((kind, &ray, &hit), depth, source);
             }
         }
         self.gather(depth, source);
@@ -206,7 +289,7 @@ impl Follower<'_, '_, '_> {
             }
             MaterialKind::Emissive => {
                 count(counts, Stage::ShadeEmissive);
-                sent.lights.extend(emitted(context, ray, hit, stacks, counts));
+                emitted(context, ray, hit, stacks, counts).into_iter().for_each(|light| sent.light(light));
             }
             MaterialKind::RoughDiffuse | MaterialKind::Principled | MaterialKind::Coated | MaterialKind::Mix => {}
         }
@@ -220,7 +303,7 @@ impl Follower<'_, '_, '_> {
         match kind {
             MaterialKind::Emissive => {
                 count(counts, Stage::ShadeEmissive);
-                sent.lights.extend(emitted(context, ray, hit, stacks, counts));
+                emitted(context, ray, hit, stacks, counts).into_iter().for_each(|light| sent.light(light));
             }
             MaterialKind::Lambert => self.scatter_at::<OnLambert>(Stage::ScatterLambert, ray, hit, depth, source),
             MaterialKind::RoughDiffuse => {
@@ -232,7 +315,7 @@ impl Follower<'_, '_, '_> {
             }
             MaterialKind::Principled => {
                 count(counts, Stage::Glow);
-                sent.lights.extend(glowing(context, || *ray, hit, stacks));
+                glowing(context, || *ray, hit, stacks).into_iter().for_each(|light| sent.light(light));
                 self.scatter_at::<OnPrincipled>(Stage::ScatterPrincipled, ray, hit, depth, source);
             }
             MaterialKind::Coated => self.scatter_at::<OnCoated>(Stage::ScatterCoated, ray, hit, depth, source),
@@ -260,28 +343,51 @@ impl Follower<'_, '_, '_> {
         scatter_at::<Kind>(context, (*ray, *hit, depth), numbers, || stream(1), sent, stacks, counts);
     }
 
+    /// Marks the rays that the hit sent on: those behind the ones that waited before.
+    #[inline(always)]
+    fn mark(&mut self, (kind, ray, hit): (MaterialKind, &PathRay, &SurfaceHit), waited: usize) {
+        let Follower { beside, stacks, sent, sample, .. } = self;
+        let hit = HitOf { kind, ray, hit, sample };
+        for waiting in &mut sent.rays[waited..] {
+            waiting.mark = beside.sent(&hit, Toward::Onward(waiting.ray.ray().direction), sent.mark, stacks);
+        }
+    }
+
     /// Tests what the hit sent toward lights.
     #[inline(always)]
-    fn shadows(&mut self, depth: u32, source: RaySource) {
-        let Follower { context, tracer, stacks, sent, stats, sample, .. } = self;
+    fn shadows(&mut self, (kind, ray, hit): (MaterialKind, &PathRay, &SurfaceHit), depth: u32, source: RaySource) {
+        let Follower { stats, sent, .. } = self;
+        let sent = sent.shadows.len();
         let counts = &mut stats.depths[depth as usize].counts[source as usize];
-        for ray in sent.shadows.drain(..) {
-            count(counts, Stage::Shadow);
-            counts.shadow_rays += 1;
-            match shadow(context, tracer, ray, stacks, sample, counts) {
-                Some(light) => sent.lights.push(light),
+        counts.stages[Stage::Shadow as usize] += sent as u64;
+        counts.shadow_rays += sent as u64;
+        for row in 0..sent {
+            let Follower { context, tracer, stacks, sent, beside, stats, sample, .. } = self;
+            let counts = &mut stats.depths[depth as usize].counts[source as usize];
+            let shadow_ray = sent.shadows[row];
+            let toward = Toward::Light(shadow_ray.ray().direction);
+            let mut mark = beside.sent(&HitOf { kind, ray, hit, sample }, toward, sent.mark, stacks);
+            let seen = |ray: &ShadowRay, hit: &Hit, stacks: &mut MediaStacks| {
+                let met = meet(context, ray, hit, stacks);
+                mark = beside.met(ray, hit, &met, mark, stacks);
+                met
+            };
+            match shadow(context, tracer, (shadow_ray, seen), stacks, sample, counts) {
+                Some(light) => sent.lights.push((light, mark)),
                 None => counts.shadowed += 1,
             }
         }
+        self.sent.shadows.clear();
     }
 
     /// Adds the light that was found to the sample.
     #[inline(always)]
     fn gather(&mut self, depth: u32, source: RaySource) {
-        let Follower { context, sent, stats, attribution, tile, sample, .. } = self;
+        let Follower { context, sent, beside, stats, attribution, tile, sample, .. } = self;
         let counts = &mut stats.depths[depth as usize].counts[source as usize];
-        for contribution in sent.lights.drain(..) {
+        for (contribution, mark) in sent.lights.drain(..) {
             count(counts, Stage::Gather);
+            beside.light(&contribution, depth, sample, mark);
             match settle(context, depth, &contribution, || *sample, attribution, counts) {
                 Some(light) => {
                     let part = contribution.trail.part();
@@ -327,12 +433,12 @@ fn trace(
     Hit { t: passed + hit.t, ..hit }
 }
 
-/// What a ray toward a light brings.
+/// What a ray toward a light brings; it is told what it meets.
 #[inline(always)]
 fn shadow(
     context: &Context<'_>,
     tracer: &mut RayByRay<'_>,
-    mut ray: ShadowRay,
+    (mut ray, mut seen): (ShadowRay, impl FnMut(&ShadowRay, &Hit, &mut MediaStacks) -> Met),
     stacks: &mut MediaStacks,
     sample: &mut Sample,
     counts: &mut Counts,
@@ -351,7 +457,7 @@ fn shadow(
         counts.shadow_segments += 1;
         sample.rays += 1;
         let hit = tracer.closest_hit(&ray.ray());
-        match meet(context, &ray, &hit, stacks) {
+        match seen(&ray, &hit, stacks) {
             Met::Light(contribution) => return Some(contribution),
             Met::Passed(behind) => ray = behind,
             Met::Blocked => return None,

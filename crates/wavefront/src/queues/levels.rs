@@ -62,8 +62,8 @@ impl Levels {
         (here, next)
     }
 
-    /// Moves the rays that go next into `taken` and tells their depth and queue; nothing when no ray waits.
-    pub fn take(&mut self, order: QueueOrder, taken: &mut PathRayColumns) -> Option<(u32, RaySource)> {
+    /// The depth and queue of the rays that go next; nothing when no ray waits.
+    pub fn next(&self, order: QueueOrder) -> Option<(u32, RaySource)> {
         let mut depth = self.depths.iter().position(|queues| !queues.is_empty());
         if !self.primary.is_empty() {
             depth = Some(0);
@@ -75,14 +75,19 @@ impl Levels {
             }
             depth += 1;
         }
-        let source = self.first_source(depth, order);
-        let queues = &mut self.depths[depth];
+        Some((depth as u32, self.first_source(depth, order)))
+    }
+
+    /// Moves the rays that go next into `taken` and tells their depth and queue; nothing when no ray waits.
+    pub fn take(&mut self, order: QueueOrder, taken: &mut PathRayColumns) -> Option<(u32, RaySource)> {
+        let (depth, source) = self.next(order)?;
+        let queues = &mut self.depths[depth as usize];
         match source {
             RaySource::Primary => self.primary.take(self.capacity, taken),
             RaySource::Reflection => queues.reflection.take(self.capacity, taken),
             RaySource::Transmission => queues.transmission.take(self.capacity, taken),
         }
-        Some((depth as u32, source))
+        Some((depth, source))
     }
 
     fn first_source(&self, depth: usize, order: QueueOrder) -> RaySource {

@@ -46,6 +46,18 @@ impl Trail {
     const BITS: u32 = 3;
     const EVENTS: u32 = 9;
 
+    /// As a number.
+    pub const fn bits(self) -> u32 {
+        self.0
+    }
+
+    /// What has these [`bits`](Trail::bits); none if they are no trail's.
+    pub fn from_bits(bits: u32) -> Option<Trail> {
+        let code = |place: u32| bits >> (Self::BITS * place) & 7;
+        let is_known = (0..=Self::EVENTS).all(|place| code(place) <= 4);
+        (is_known && bits >> (Self::BITS * (Self::EVENTS + 1)) == 0).then_some(Trail(bits))
+    }
+
     /// The trail with one more event.
     #[inline(always)]
     pub fn then(self, event: Event) -> Trail {

@@ -9,7 +9,7 @@ mod metal;
 mod principled;
 mod rough_diffuse;
 
-use brewster_buffers::{DetailId, LightSample, MaterialKind};
+use brewster_buffers::{DetailId, Integrator, LightSample, MaterialKind};
 use brewster_geometry::{Hit, Ray, SurfacePoint, offset_origin};
 use brewster_optics::basis::Basis;
 use brewster_optics::dispersion::PathWavelength;
@@ -227,6 +227,36 @@ pub(crate) fn straight(context: &Context<'_>, ray: &ShadowRay, found: (&Hit, Sur
         MaterialKind::Dielectric => OnDielectric::surface(context, &hit, &sides).straight(view),
         _ => Vec3::ZERO,
     }
+}
+
+/// By which factors the light differs that surfaces of two contexts send from one direction to another; `first` has the numbers of the
+/// path's first branch.
+pub(crate) fn ratio<Kind: Scatter>(
+    contexts: [&Context<'_>; 2],
+    (mut ray, hit): (PathRay, &SurfaceHit),
+    toward: Vec3,
+    first: impl FnOnce() -> Stream,
+    stacks: &mut MediaStacks,
+) -> Vec3 {
+    let direction = ray.ray().direction;
+    let (_, normal) = facing_normals(hit, direction);
+    let mut sides = sides::<Kind>(contexts[0], &ray, hit, normal, stacks);
+    if Kind::TRANSMITS && contexts[0].scene.settings.integrator == Integrator::Path {
+        disperse(contexts[0], &mut ray, sides.filling, first);
+    }
+    sides.wavelength = ray.wavelength;
+    let frame = Basis::around(normal);
+    let (view, toward) = (frame.to_local(-direction), frame.to_local(toward));
+    let [first, second] = contexts.map(|context| {
+        let surface = Kind::surface(context, hit, &sides);
+        if !surface.is_smooth() {
+            return surface.evaluate(view, toward).f_cos;
+        }
+        let LobeSplit { reflection, transmission, .. } = surface.split(view, Vec2::ZERO, 0.0);
+        let way = if toward.z < 0.0 { transmission } else { reflection };
+        way.map_or(Vec3::ZERO, |way| way.weight)
+    });
+    Vec3::select(first.cmpgt(Vec3::ZERO), second / first, Vec3::ONE)
 }
 
 /// The media at a hit.
