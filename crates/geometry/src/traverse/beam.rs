@@ -66,6 +66,18 @@ impl Beam {
         mapped
     }
 
+    /// Whether the rays start close together, for a scene of that reach, and go about the same way: the ways of others part soon,
+    /// and the bounds of all of them meet far more boxes than the rays.
+    #[target_feature(enable = "avx512f,avx512vl,avx512dq")]
+    #[inline]
+    pub(super) fn is_narrow(&self, reach: f32) -> bool {
+        let spread = |columns: &[__m512; 3]| {
+            let extent = |&column| _mm512_reduce_max_ps(column) - _mm512_reduce_min_ps(column);
+            columns.iter().map(extent).fold(0.0, f32::max)
+        };
+        spread(&self.origin) <= NARROW * reach && spread(&self.direction) <= NARROW
+    }
+
     /// The largest axis of all directions, if they agree in it and in their signs.
     #[target_feature(enable = "avx512f,avx512vl,avx512dq")]
     #[inline]
@@ -88,6 +100,9 @@ impl Beam {
         _mm512_reduce_max_ps(_mm512_max_ps(_mm512_max_ps(x, y), z))
     }
 }
+
+/// The spread of rays that go together: of their directions, and of their origins over the reach of the scene.
+const NARROW: f32 = 1.0 / 16.0;
 
 /// Sixteen numbers in memory.
 #[inline(always)]

@@ -112,6 +112,9 @@ fn trace_packet<T: Task>(
     if world.axis().is_none() {
         return false;
     }
+    if !world.is_narrow(scene.top.reach) {
+        return false;
+    }
     let start = world.greatest_coordinate();
     let Some(interval) = Interval::new(&world, scene.top.reach, scene.top.slack(start)) else { return false };
     let mut packet = Packet {
