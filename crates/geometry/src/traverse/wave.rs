@@ -21,6 +21,7 @@ use glam::Vec3;
 
 use super::slabs::Slabs;
 use crate::hit::{Hit, HitsViewMut, MISS};
+use crate::prefetch::prefetch;
 use crate::ray::{Ray, Rays};
 use crate::scene::SceneGeometry;
 use crate::shape::{Analytic, LocalHit, with_shape};
@@ -369,7 +370,7 @@ impl<T: Task> Wave<'_, '_, T> {
                 let (leaf, end) = ((reference >> 31) as usize, (reference >= LEAVE) as usize);
                 let index = reference & !LEAF & (end as u32).wrapping_sub(1);
                 let (base, stride) = (*state.bases.get_unchecked(leaf), *state.strides.get_unchecked(leaf));
-                prefetch(base.wrapping_add(index as usize * stride as usize), stride);
+                prefetch_block(base.wrapping_add(index as usize * stride as usize), stride);
                 *lists.nodes.get_unchecked_mut(nodes) = slot;
                 *lists.patches.get_unchecked_mut(patches) = slot;
                 *lists.instances.get_unchecked_mut(instances) = slot;
@@ -539,20 +540,11 @@ impl<T: Task> Wave<'_, '_, T> {
 
 /// Asks the cache for a block of 128 or 256 bytes.
 #[inline(always)]
-fn prefetch(block: *const u8, bytes: u32) {
-    #[cfg(target_arch = "x86_64")]
-    {
-        use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
-        // The second half of a node; of anything smaller the first half again.
-        let second = block.wrapping_add((bytes as usize >> 1) & 128);
-        // SAFETY: a prefetch reads nothing that the program sees, whatever the address.
-        unsafe {
-            _mm_prefetch::<_MM_HINT_T0>(second.cast());
-            _mm_prefetch::<_MM_HINT_T0>(second.wrapping_add(64).cast());
-            _mm_prefetch::<_MM_HINT_T0>(block.cast());
-            _mm_prefetch::<_MM_HINT_T0>(block.wrapping_add(64).cast());
-        }
+fn prefetch_block(block: *const u8, bytes: u32) {
+    // The second half of a node; of anything smaller the first half again.
+    let second = block.wrapping_add((bytes as usize >> 1) & 128);
+    for half in [second, block] {
+        prefetch(half);
+        prefetch(half.wrapping_add(64));
     }
-    #[cfg(not(target_arch = "x86_64"))]
-    let _ = (block, bytes);
 }

@@ -1,7 +1,7 @@
 //! Parts hits by kind of material, and those that escaped.
 
 use brewster_buffers::{DetailId, MaterialKind, Mix};
-use brewster_geometry::{Hit, HitsView, SurfacePlace, offset_origin, surface};
+use brewster_geometry::{Hit, HitsView, SurfacePlace, expect_surface, offset_origin, surface};
 
 use crate::context::Context;
 use crate::media::{MediaStacks, Medium};
@@ -120,6 +120,7 @@ pub fn sort(
     let Arrivals { rays, hits, samples, depth } = arrivals;
     sorted.clear();
     for row in 0..rays.len() {
+        expect_surface(&context.geometry, hits, row);
         let stream = || samples.stream(&context.sampler, rays.sample[row], rays.branch[row]);
         let (kind, hit) = match arrive(context, (&rays.get(row), row as u32), &hits.get(row), depth, stream, stacks) {
             Arrival::Nothing => {
