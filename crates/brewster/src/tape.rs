@@ -2,7 +2,7 @@
 //!
 //! A file holds, one after the other: [`MAGIC`]; the version as u32; the length of the header as u32; the header, JSON with what the
 //! rays were recorded from and how many there are; the rays' columns in the order of
-//! [`PathRay`](brewster_wavefront::queues::PathRay)'s fields; column, row and number of every sample; and a hash of all that (FNV-1a, 64
+//! [`PathRay`]'s fields; column, row and number of every sample; and a hash of all that (FNV-1a, 64
 //! bits). Numbers are little endian.
 
 use brewster_buffers::{Integrator, SamplerKind};

@@ -12,9 +12,9 @@ use brewster_film::{Film, PixelOrder};
 use brewster_import::Importer;
 use brewster_wavefront::batch::Batch;
 use brewster_wavefront::context::Context;
-use brewster_wavefront::integrator::{path, whitted};
+use brewster_wavefront::integrator::{megakernel, path, whitted};
 use brewster_wavefront::stats::Recorder;
-use brewster_wavefront::{Policy, QueueOrder, SortKey, Stage};
+use brewster_wavefront::{Executor, Policy, QueueOrder, SortKey, Stage};
 use brewster_world::Scene;
 
 /// The system's allocator, counting.
@@ -57,9 +57,10 @@ fn pass(context: &Context<'_>, batch: &mut Batch) -> usize {
     let mut tiles = film.tiles_mut(context.policy.batch);
     let before = ALLOCATIONS.get();
     for tile in &mut tiles {
-        match context.scene.settings.integrator {
-            Integrator::Whitted => whitted(context, 0..1, batch, tile),
-            Integrator::Path => path(context, 0..1, batch, tile),
+        match (context.policy.executor, context.scene.settings.integrator) {
+            (Executor::Megakernel, _) => megakernel(context, 0..1, batch, tile),
+            (Executor::Wavefront, Integrator::Whitted) => whitted(context, 0..1, batch, tile),
+            (Executor::Wavefront, Integrator::Path) => path(context, 0..1, batch, tile),
         }
     }
     ALLOCATIONS.get() - before
@@ -123,4 +124,13 @@ fn nor_does_a_second_pass_of_paths() {
             check(&scene, &stages, Policy { batch, capacity, ..Policy::default() });
         }
     }
+}
+
+#[test]
+fn nor_does_a_second_pass_without_queues() {
+    let policy = Policy { executor: Executor::Megakernel, ..Policy::default() };
+    check(&scene("scenes/shapes.ron"), &[Stage::Trace, Stage::ShadeDielectric, Stage::Shadow], policy);
+    let mut scene = scene("references/absorbing-glass.ron");
+    scene.settings.resolution /= 4;
+    check(&scene, &[Stage::Trace, Stage::ScatterDielectric], policy);
 }
