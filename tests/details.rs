@@ -247,3 +247,35 @@ fn cameras_look_through_backs_that_light_meets() {
         }
     }
 }
+
+/// A picture of squares as fine as a hundredth of a pixel is its mean, with one sample as with many, by way of a mirror too; from
+/// near it is what it is without levels, to the bit.
+#[test]
+fn fine_pictures_are_their_mean_from_afar() {
+    let floor = |mipmaps: bool, repeat: f32| {
+        let texture = format!("Image(file: \"colors.png\", repeat: {repeat}, mipmaps: {mipmaps})");
+        let materials = format!("\"floor\": Emissive(radiance: {texture}), \"mirror\": Metal(r0: 1, fresnel: Schlick)");
+        let text = format!(
+            "Scene(settings: (resolution: (16, 16), integrator: Path, max_depth: 3, samples: 1), background: 0,
+            camera: Perspective(eye: (0, 0, 9), target: (0, 0, 0), vfov: 12),
+            materials: {{{materials}}}, entities: [
+                (shape: Quad(size: (9, 9)), material: \"floor\"),
+                (shape: Quad(size: (1, 9)), material: \"mirror\", at: (0.3, 0, 3), rotate: (y: -90)),
+            ])"
+        );
+        parse(&text)
+    };
+    let spread = |scene: &SceneBuffers| {
+        let pixels = picture(scene);
+        let mean = pixels.iter().map(|(_, color)| *color).sum::<DVec3>() / pixels.len() as f64;
+        let squares = pixels.iter().map(|(_, color)| (*color - mean).length_squared()).sum::<f64>();
+        (mean, (squares / pixels.len() as f64).sqrt())
+    };
+    let fine = 2000.0;
+    let ((mean, of_levels), (noisy_mean, of_pixels)) = (spread(&floor(true, fine)), spread(&floor(false, fine)));
+    assert!(of_levels < 1e-3 && of_pixels > 0.1, "{of_levels} {of_pixels}");
+    assert!((mean - noisy_mean).abs().max_element() < 4.0 * of_pixels / 16.0, "{mean} {noisy_mean}");
+    let of_picture = floor(true, fine).textures.mean(floor(true, fine).materials.emissive.get(0).radiance).as_dvec3();
+    assert!((mean - of_picture).abs().max_element() < 1e-3, "{mean} {of_picture}");
+    assert!(picture(&floor(true, 0.01)) == picture(&floor(false, 0.01)));
+}

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use brewster_film::{
-    Film, FilmError, Keep, Metadata, PixelOrder, PngSettings, Window, write_atomically, write_picture,
+    Film, FilmError, Format, Keep, Metadata, PixelOrder, PngSettings, Window, write_atomically, write_picture,
 };
 use brewster_wavefront::{Control, Policy, Renderer, Stats};
 
@@ -29,6 +29,9 @@ pub struct RenderOptions {
     pub pass_time: Duration,
     /// What the film keeps for the layers of an EXR beside those that are always there.
     pub keep: Keep,
+    /// Whether pictures are denoised when they are written, for which the film keeps everything. What is in an EXR stays as it was
+    /// rendered.
+    pub denoise: bool,
     /// Whether to note what every worker did when, for [`Render::write_trace`].
     pub trace: bool,
 }
@@ -43,6 +46,7 @@ impl Default for RenderOptions {
             policy: Policy::default(),
             pass_time: Duration::from_secs(1),
             keep: Keep::default(),
+            denoise: false,
             trace: false,
         }
     }
@@ -84,8 +88,9 @@ impl<'s> Render<'s> {
         let mut timeline = session.timeline().clone();
         let (begin, start) = (Instant::now(), timeline.now());
         let renderer = Renderer::new(buffers, camera, options.threads, options.policy, options.trace)?;
-        let squares = options.keep.squares || buffers.settings.noise_threshold.is_some();
-        let film = Film::keeping(order, Keep { squares, ..options.keep });
+        let keep = if options.denoise { Keep::ALL } else { options.keep };
+        let squares = keep.squares || buffers.settings.noise_threshold.is_some();
+        let film = Film::keeping(order, Keep { squares, ..keep });
         timeline.note("prepare", begin);
         let pace = Pace::new(options.pass_time);
         Ok(Render { session, options, camera, timeline, renderer, start, film, pace, done: 0, stopped: false })
@@ -169,9 +174,15 @@ impl<'s> Render<'s> {
             settings: stats::settings_text(self),
             version: PROGRAM.to_owned(),
         };
+        let denoised = self.options.denoise.then(|| {
+            let mut denoised = layers.clone();
+            denoised.denoise(self.options.threads);
+            denoised
+        });
         let mut result = Ok(());
         for path in paths {
-            result = result.and(write_picture(path, &layers, png, &metadata));
+            let shown = denoised.as_ref().filter(|_| !matches!(Format::of(path), Ok(Format::Exr)));
+            result = result.and(write_picture(path, shown.unwrap_or(&layers), png, &metadata));
         }
         self.timeline.note("encode", begin);
         result

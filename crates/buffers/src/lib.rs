@@ -39,8 +39,8 @@ pub use materials::{
 };
 pub use settings::{Integrator, PixelFilter, SamplerKind, Settings, ToneMapping};
 pub use textures::{
-    Axis, Channel, ColorSource, Coordinates, Encoding, Filter, Image, ImageTexture, ScalarSource, Texels, Texture,
-    Textures, UvTransform, Wrap,
+    Axis, Channel, ColorSource, Coordinates, Encoding, Filter, Image, ImageTexture, Pyramid, ScalarSource, Texels,
+    Texture, Textures, UvTransform, Wrap,
 };
 pub use trees::Trees;
 

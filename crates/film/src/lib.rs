@@ -38,6 +38,7 @@ mod aov;
 mod atomic;
 mod compare;
 mod decode;
+mod denoise;
 mod encode;
 mod error;
 mod film;

@@ -29,6 +29,8 @@ pub struct SurfacePlace {
     pub position: Vec3,
     /// The first texture coordinates there.
     pub uv: Vec2,
+    /// How much of the surface is looked at, across and in meters; 0 for a point.
+    pub width: f32,
 }
 
 impl SceneGeometry<'_> {
@@ -249,7 +251,7 @@ mod tests {
             let scene = One::new(triangle(), map);
             // Half the first corner, and a quarter of each other.
             let position = map.transform_point3(Vec3::new(0.5, 0.25, 0.0));
-            let place = SurfacePlace { instance: 0, primitive: 0, position, uv: Vec2::new(0.25, 0.25) };
+            let place = SurfacePlace { instance: 0, primitive: 0, position, uv: Vec2::new(0.25, 0.25), width: 0.0 };
             let scene = scene.geometry();
             assert_eq!(scene.uv(&place, UvSet::First), place.uv);
             assert!(scene.uv(&place, UvSet::Second).abs_diff_eq(Vec2::new(0.5, 0.5), 1e-6));
@@ -277,7 +279,8 @@ mod tests {
         let mut mesh = triangle();
         (mesh.second_uvs, mesh.colors, mesh.tangents, mesh.normals) = Default::default();
         let scene = One::new(mesh, Affine3A::IDENTITY);
-        let place = SurfacePlace { instance: 0, primitive: 0, position: Vec3::ZERO, uv: Vec2::new(0.3, 0.6) };
+        let place =
+            SurfacePlace { instance: 0, primitive: 0, position: Vec3::ZERO, uv: Vec2::new(0.3, 0.6), width: 0.0 };
         let scene = scene.geometry();
         assert_eq!((scene.uv(&place, UvSet::Second), scene.vertex_color(&place)), (place.uv, Vec4::ONE));
         assert_eq!((scene.vertex_tangent(&place), scene.vertex_normal(&place)), (None, None));

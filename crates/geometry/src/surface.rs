@@ -43,7 +43,7 @@ impl SurfacePoint {
     /// The point as a place on what was hit.
     #[inline(always)]
     pub fn place(&self, instance: u32, primitive: u32) -> SurfacePlace {
-        SurfacePlace { instance, primitive, position: self.position, uv: self.uv }
+        SurfacePlace { instance, primitive, position: self.position, uv: self.uv, width: 0.0 }
     }
 }
 

@@ -51,6 +51,7 @@ mod source;
 mod view;
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use brewster_world::components::parts::Integrator;
 use glam::UVec2;
@@ -183,6 +184,8 @@ impl Importer {
         let scene = read(&mut session, options);
         session.digest.update(format!("{:?}{:?}", options.view, options.gltf).as_bytes());
         let models = std::mem::take(&mut session.models);
+        // Pictures that nobody else holds will not be asked for again.
+        session.assets.pyramids.retain(|_, (image, _)| Arc::strong_count(image) > 1);
         session.assets.primitives.retain(|known, _| models.contains(&known.0));
         let (dependencies, hash) = (session.dependencies, session.digest.finish());
         let diagnostics = session.found.finish();

@@ -5,7 +5,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use brewster_world::components::parts::{EnvironmentMap, Image, Integrator, TriangleMesh};
+use brewster_world::components::parts::{Encoding, EnvironmentMap, Image, Integrator, Pyramid, TriangleMesh};
 
 use glam::UVec2;
 
@@ -55,6 +55,8 @@ pub(crate) struct Assets {
     pub primitives: BTreeMap<(u64, usize, usize), Arc<TriangleMesh>>,
     /// Pictures of glTF files, by the digests of their bytes.
     pub pictures: BTreeMap<u64, Arc<Image>>,
+    /// What is seen of pictures from afar, by where they are in memory and whether they are colors.
+    pub pyramids: BTreeMap<(*const Image, bool), Levels>,
     /// The last picture of the sky that was asked for beside the scene, by the digest of its file.
     pub sky_file: Option<(u64, Arc<Image>)>,
     /// The studio that lights files without light.
@@ -62,6 +64,18 @@ pub(crate) struct Assets {
     /// The last map of the sky, and what it was made of.
     pub sky: Option<(Arc<Image>, View, Arc<EnvironmentMap>)>,
 }
+
+impl Assets {
+    /// The levels of a picture, made once.
+    pub(crate) fn pyramid(&mut self, image: &Arc<Image>, encoding: Encoding) -> Arc<Pyramid> {
+        let key = (Arc::as_ptr(image), encoding == Encoding::Srgb);
+        let make = || (Arc::clone(image), Arc::new(Pyramid::new(image, encoding)));
+        Arc::clone(&self.pyramids.entry(key).or_insert_with(make).1)
+    }
+}
+
+/// A picture, which stays in memory as long, and what is seen of it from afar.
+pub(crate) type Levels = (Arc<Image>, Arc<Pyramid>);
 
 /// A file that a scene refers to.
 pub(crate) struct Asset {

@@ -1,8 +1,8 @@
 //! What every stage of a render reads.
 
-use brewster_buffers::{Camera, Integrator, Opacity, PixelFilter, SceneBuffers};
+use brewster_buffers::{Camera, Integrator, Opacity, PixelFilter, Projection, SceneBuffers, Texture};
 use brewster_film::{Filter, FilterSampler};
-use brewster_geometry::SceneGeometry;
+use brewster_geometry::{SceneGeometry, SurfacePlace};
 use brewster_optics::dispersion::PathWavelength;
 use glam::Vec2;
 
@@ -31,6 +31,9 @@ pub struct Context<'a> {
     pub sampler: Sampler,
     /// How `Path`'s samples lie around their pixel.
     pub filter: FilterSampler,
+    /// How wide a pixel is, in meters: at a distance of 0 and by how much more a meter. None where no texture looks otherwise from
+    /// afar.
+    pub pixel: Option<[f32; 2]>,
     /// Whether there are surfaces that may be absent somewhere.
     pub has_veils: bool,
     /// Whether there are surfaces that show cameras their front alone.
@@ -70,6 +73,7 @@ impl<'a> Context<'a> {
             },
             sampler: Sampler::new(settings.sampler, settings.seed, settings.samples),
             filter,
+            pixel: pixel(scene, camera),
             has_veils: scene.materials.details.iter().any(|detail| detail.opacity != Opacity::Opaque),
             has_fronts: scene.materials.details.iter().any(|detail| detail.front_only),
             has_sheets: !scene.lights.is_empty()
@@ -86,6 +90,20 @@ impl<'a> Context<'a> {
         self.has_veils || depth == 0 && self.has_fronts
     }
 
+    /// A place, and how much of the surface is looked at there: half a pixel's width at the distance from the camera to it. By way of mirrors it is
+    /// farther, so that what is seen there may be sharper than it has to be, and is hardly ever less sharp; whatever ray asks gets the
+    /// same answer.
+    #[inline(always)]
+    pub fn seen(&self, place: SurfacePlace) -> SurfacePlace {
+        match self.pixel {
+            None => place,
+            Some([width, growth]) => {
+                let distance = (place.position - self.camera.position).length();
+                SurfacePlace { width: 0.5 * (width + growth * distance), ..place }
+            }
+        }
+    }
+
     /// What radiance in a medium weighs at the camera beside the energy that a ray's weight counts: radiance over the squared
     /// index is what boundaries pass on, so the factor is `(n_camera/n)²`. `Whitted` does without, as the lectures do.
     #[inline(always)]
@@ -100,4 +118,17 @@ impl<'a> Context<'a> {
             }
         }
     }
+}
+
+/// [`Context::pixel`].
+fn pixel(scene: &SceneBuffers, camera: &Camera) -> Option<[f32; 2]> {
+    let has_pyramid = |texture: &Texture| matches!(texture, Texture::Image(image) if image.pyramid.is_some());
+    if !scene.textures.rows.iter().any(has_pyramid) {
+        return None;
+    }
+    let rows = scene.settings.resolution.y as f32;
+    Some(match camera.projection {
+        Projection::Perspective(tangent) => [0.0, 2.0 * tangent / rows],
+        Projection::Orthographic(half) => [2.0 * half / rows, 0.0],
+    })
 }

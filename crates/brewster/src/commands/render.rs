@@ -84,6 +84,10 @@ pub(crate) struct Arguments {
     pub seed: Option<u64>,
     #[command(flatten)]
     pub display: DisplayArguments,
+    /// Take noise out of the picture when it is written, by a filter that keeps edges; faint detail in mirrors and shadows may go with it.
+    /// An EXR stays as it was rendered.
+    #[arg(long)]
+    pub denoise: bool,
     /// Bits per channel of a PNG: 8, dithered, or 16.
     #[arg(long, value_name = "BITS", value_enum, default_value_t = PngBits::Eight)]
     pub png_depth: PngBits,
@@ -247,6 +251,7 @@ impl Arguments {
             } else {
                 Keep::default()
             },
+            denoise: self.denoise,
             trace: self.trace.is_some(),
         }
     }

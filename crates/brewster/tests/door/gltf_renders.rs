@@ -67,3 +67,37 @@ fn the_report_names_extensions_and_decisions() {
     let said = desk.run("check broken.gltf").expect(1, "").out;
     assert!(said.contains("extensionsRequired[0]") && said.contains("did you mean `KHR_lights_punctual`?"), "{said}");
 }
+
+#[test]
+fn a_file_is_converted_to_a_scene_that_renders() {
+    let desk = Desk::new();
+    let box_file = model("Box/glTF-Binary/Box.glb");
+    desk.run(&format!("convert {box_file} out.ron")).expect(0, "not converted: what is behind things");
+    assert_eq!(desk.files(), ["out", "out.ron"]);
+    desk.run("render out.ron --resolution 16x16 --samples 2 --quiet -o out.png").expect(0, "");
+    desk.run(&format!("convert {box_file} out.json")).expect(2, "ends in .ron");
+    desk.run("convert absent.glb out.ron").expect(1, "there is no such file");
+}
+
+/// Neighbors of flat paper in the picture of few samples differ by noise, and less so once it is denoised; the EXR stays.
+#[test]
+fn noise_is_taken_out_when_asked() {
+    let desk = Desk::new();
+    let view = "--resolution 32x32 --samples 2 --quiet --eye 0,0,1.2 --target 0,0,0";
+    let command = format!("render {} {view}", model("Box/glTF-Binary/Box.glb"));
+    desk.run(&format!("{command} -o plain.hdr -o plain.exr")).expect(0, "");
+    desk.run(&format!("{command} --denoise -o soft.hdr -o soft.exr")).expect(0, "");
+    let read = |name: &str| read_image(&desk.path(name)).unwrap().color;
+    let roughness = |name: &str| {
+        let color = read(name);
+        let rows = color.chunks(32).skip(8).take(16).flat_map(|row| row[8..24].windows(2));
+        rows.map(|pair| (pair[0][0] - pair[1][0]).abs()).sum::<f32>()
+    };
+    assert!(
+        roughness("soft.hdr") < 0.6 * roughness("plain.hdr"),
+        "{} {}",
+        roughness("soft.hdr"),
+        roughness("plain.hdr")
+    );
+    assert!(read("soft.exr") == read("plain.exr"));
+}

@@ -3,10 +3,12 @@
 use std::sync::Arc;
 
 use brewster_geometry::UvSet;
+use brewster_lanes::math;
 use brewster_optics::color::linear_from_srgb16;
 use glam::{DVec4, Vec2, Vec3, Vec4};
 
 use super::bytes::{SRGB, UNIT};
+use super::pyramid::Pyramid;
 use super::{Channel, Coordinates};
 
 /// Pixels, row by row from the top. Many textures share one by an `Arc`.
@@ -84,6 +86,8 @@ pub struct ImageTexture {
     pub transform: UvTransform,
     /// Whether the colors of a mesh's vertices multiply it.
     pub vertex_colors: bool,
+    /// What is seen of it from afar; without it, single pixels.
+    pub pyramid: Option<Arc<Pyramid>>,
 }
 
 impl UvTransform {
@@ -170,7 +174,8 @@ impl Image {
 impl PartialEq for ImageTexture {
     fn eq(&self, other: &ImageTexture) -> bool {
         let view = |texture: &ImageTexture| {
-            (texture.encoding, texture.wrap, texture.filter, texture.uv_set, texture.transform, texture.vertex_colors)
+            let ImageTexture { encoding, wrap, filter, uv_set, transform, vertex_colors, ref pyramid, .. } = *texture;
+            (encoding, wrap, filter, uv_set, transform, vertex_colors, pyramid.is_some())
         };
         Arc::ptr_eq(&self.image, &other.image) && view(self) == view(other)
     }
@@ -187,6 +192,7 @@ impl ImageTexture {
             uv_set: UvSet::First,
             transform: UvTransform::IDENTITY,
             vertex_colors: false,
+            pyramid: None,
         }
     }
 
@@ -199,6 +205,30 @@ impl ImageTexture {
     #[inline]
     pub(super) fn at(&self, uv: Vec2) -> Vec4 {
         self.look(self.transform.apply(uv))
+    }
+
+    /// Color and alpha at coordinates of its set, of all that lies in a part of the picture that is so many pixels wide: a mean of the
+    /// two levels whose pixels are next to that.
+    #[inline]
+    pub(super) fn around(&self, uv: Vec2, pixels: f32) -> Vec4 {
+        let uv = self.transform.apply(uv);
+        let Some(pyramid) = self.pyramid.as_ref().filter(|_| pixels > 1.0) else { return self.look(uv) };
+        let levels = pyramid.levels();
+        let level = math::log2(pixels).min(levels.len() as f32);
+        let low = level.floor();
+        let at = |level: usize| match level.checked_sub(1).and_then(|below| levels.get(below)) {
+            Some(image) => self.look_at(image, Encoding::Linear, uv),
+            None => self.look(uv),
+        };
+        let (fine, part) = (at(low as usize), level - low);
+        if part == 0.0 { fine } else { fine * (1.0 - part) + at(low as usize + 1) * part }
+    }
+
+    /// How many pixels of it lie across a meter of a surface, given by how much its coordinates grow along it.
+    #[inline]
+    pub(super) fn pixels_across(&self, [of_u, of_v]: [Vec3; 2]) -> f32 {
+        let [u, v] = self.transform.rows.map(|[a, b, _]| of_u * a + of_v * b);
+        (u * self.image.width as f32).length().max((v * self.image.height as f32).length())
     }
 
     /// How much a channel grows with u and v of the picture, from half a pixel before to half a pixel behind.
@@ -214,10 +244,16 @@ impl ImageTexture {
     /// Color and alpha at a place of the picture.
     #[inline]
     fn look(&self, uv: Vec2) -> Vec4 {
-        let (width, height) = (self.image.width, self.image.height);
+        self.look_at(&self.image, self.encoding, uv)
+    }
+
+    /// The same of the picture in another size.
+    #[inline]
+    fn look_at(&self, image: &Image, encoding: Encoding, uv: Vec2) -> Vec4 {
+        let (width, height) = (image.width, image.height);
         let [wrap_u, wrap_v] = self.wrap;
         let (x, y) = (wrap_u.within(uv.x), 1.0 - wrap_v.within(uv.y));
-        let texel = |x: usize, y: usize| self.image.texel(y * width as usize + x, self.encoding);
+        let texel = |x: usize, y: usize| image.texel(y * width as usize + x, encoding);
         match self.filter {
             Filter::Nearest => {
                 let index = |x: f32, size: u32, wrap: Wrap| wrap.index((x * size as f32).floor() as i64, size);

@@ -2,8 +2,10 @@
 
 mod bytes;
 mod image;
+mod pyramid;
 
 pub use image::{Encoding, Filter, Image, ImageTexture, Texels, UvTransform, Wrap};
+pub use pyramid::Pyramid;
 
 use brewster_geometry::{SurfacePlace, UvSet};
 use glam::{Vec2, Vec3, Vec4};
@@ -152,11 +154,24 @@ impl SceneBuffers {
     #[inline]
     pub fn texture(&self, texture: TextureId, place: &SurfacePlace) -> Vec4 {
         let texture = &self.textures.rows[texture.0 as usize];
+        if let Texture::Image(image) = texture
+            && place.width > 0.0
+            && image.pyramid.is_some()
+        {
+            return self.seen_from_afar(image, place);
+        }
         if texture.asks_vertices() {
             texture.evaluate(&self.coordinates(place))
         } else {
             texture.evaluate(&Coordinates::of(place.uv))
         }
+    }
+
+    fn seen_from_afar(&self, image: &ImageTexture, place: &SurfacePlace) -> Vec4 {
+        let geometry = self.geometry();
+        let pixels = place.width * image.pixels_across(geometry.uv_gradients(place, image.uv_set));
+        let color = image.around(geometry.uv(place, image.uv_set), pixels);
+        if image.vertex_colors { color * geometry.vertex_color(place) } else { color }
     }
 
     /// All that a texture can depend on.
@@ -257,7 +272,7 @@ mod tests {
     fn factors_scale_colors_and_channels() {
         let scene =
             SceneBuffers { textures: Textures { rows: vec![Texture::Image(pixel())] }, ..SceneBuffers::default() };
-        let place = SurfacePlace { instance: 0, primitive: 0, position: Vec3::ZERO, uv: Vec2::ZERO };
+        let place = SurfacePlace { instance: 0, primitive: 0, position: Vec3::ZERO, uv: Vec2::ZERO, width: 0.0 };
         let texture = TextureId(0);
         let color = ColorSource { factor: Vec3::new(1.0, 2.0, 0.5), texture };
         assert_eq!(scene.color(color, &place), Vec3::new(0.2, 0.8, 0.5));

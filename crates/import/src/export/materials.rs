@@ -150,6 +150,9 @@ impl Exporter<'_> {
         if texture.uv_set == UvSet::Second {
             fields.push("uv_set: Second".to_owned());
         }
+        if texture.pyramid.is_some() {
+            fields.push("mipmaps: true".to_owned());
+        }
         if texture.vertex_colors {
             fields.push("vertex_colors: true".to_owned());
         }

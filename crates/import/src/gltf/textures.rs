@@ -1,15 +1,15 @@
 //! Textures: pictures, samplers, and how they lie over a surface.
 //!
 //! glTF counts v from the top row down, pictures here have their top row at v = 1: every texture's transform ends with
-//! 1 - v, and meshes keep their coordinates. A filter for pictures that look small is taken as linear, without levels of detail:
-//! samples of a pixel average over them.
+//! 1 - v, and meshes keep their coordinates. From afar a texture is a mean of its pixels, between two levels of
+//! detail, unless its filter for pictures that look small says that it has no levels.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use brewster_lanes::math;
 use brewster_world::components::parts::{Encoding, Filter, Image, ImageTexture, Texture, UvSet, UvTransform, Wrap};
-use gltf::json::texture::{MagFilter, WrappingMode};
+use gltf::json::texture::{MagFilter, MinFilter, WrappingMode};
 use gltf::json::validation::Checked;
 use gltf::json::{self, Index, Value};
 use serde::Deserialize;
@@ -113,7 +113,11 @@ impl Textures {
                 UvSet::Second
             }
         };
+        let is_single =
+            |filter: &Checked<MinFilter>| matches!(filter, Checked::Valid(MinFilter::Nearest | MinFilter::Linear));
+        let has_levels = !sampler.and_then(|sampler| sampler.min_filter.as_ref()).is_some_and(is_single);
         Ok(Some(Texture::Image(ImageTexture {
+            pyramid: has_levels.then(|| session.assets.pyramid(&image, encoding)),
             image,
             encoding,
             wrap: sampler.map_or([Wrap::Repeat; 2], |sampler| [wrap(sampler.wrap_s), wrap(sampler.wrap_t)]),

@@ -52,7 +52,7 @@ fn albedo(context: &Context<'_>, material: u32, hit: &SurfaceHit) -> Vec3 {
 fn albedo_of(context: &Context<'_>, (kind, row): (MaterialKind, u32), hit: &SurfaceHit) -> Vec3 {
     let scene = context.scene;
     let row = row as usize;
-    let color = |source| scene.color(source, &hit.place());
+    let color = |source| scene.color(source, &context.seen(hit.place()));
     match kind {
         MaterialKind::Phong => color(scene.materials.phong.view().diffuse[row]),
         MaterialKind::Lambert => color(scene.materials.lambert.view().albedo[row]),
@@ -73,7 +73,7 @@ fn albedo_of(context: &Context<'_>, (kind, row): (MaterialKind, u32), hit: &Surf
         }
         MaterialKind::Mix => {
             let mix = scene.materials.mix.get(row);
-            let by = scene.number(mix.by, &hit.place()).clamp(0.0, 1.0);
+            let by = scene.number(mix.by, &context.seen(hit.place())).clamp(0.0, 1.0);
             albedo_of(context, mix.a, hit).lerp(albedo_of(context, mix.b, hit), by)
         }
     }

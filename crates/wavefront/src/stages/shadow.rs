@@ -158,7 +158,8 @@ pub(crate) fn meet(context: &Context<'_>, ray: &ShadowRay, hit: &Hit, stacks: &m
     let direction = ray.ray().direction;
     let mut behind = ray.media;
     if is_veil || is_sheet {
-        let there = if is_veil { scene.coverage(id, &point.place(hit.instance, hit.primitive)) } else { 1.0 };
+        let there =
+            if is_veil { scene.coverage(id, &context.seen(point.place(hit.instance, hit.primitive))) } else { 1.0 };
         let filling = stacks.filling(ray.media);
         let through = if is_sheet { straight(context, ray, (hit, point), filling) } else { Vec3::ZERO };
         contribution *= through * there + (1.0 - there);

@@ -179,11 +179,11 @@ pub(crate) fn arrive(
     let mut point = surface(&context.geometry, &ray.ray(), hit);
     let direction = ray.ray().direction;
     if material.detail != DetailId::NONE {
-        let place = point.place(hit.instance, hit.primitive);
+        let place = context.seen(point.place(hit.instance, hit.primitive));
         point.shading_normal = scene.bent_normal(material.detail, &place, &point, direction);
     }
     if material.kind == MaterialKind::Mix {
-        let place = point.place(hit.instance, hit.primitive);
+        let place = context.seen(point.place(hit.instance, hit.primitive));
         (material.kind, material.row) = resolve(context, stream(), depth, material.row, &place);
     }
     if let Some(medium) = scene.materials.medium(material) {

@@ -146,7 +146,7 @@ pub(crate) fn behind_veil(
     let point = surface(&context.geometry, ray, hit);
     let coverage = match is_culled {
         true => 0.0,
-        false => scene.coverage(material, &point.place(hit.instance, hit.primitive)),
+        false => scene.coverage(material, &context.seen(point.place(hit.instance, hit.primitive))),
     };
     let is_there = coverage >= 1.0
         || coverage > 0.0 && {

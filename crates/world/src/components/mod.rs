@@ -21,7 +21,8 @@ pub use transform::{SceneKey, Transform, WorldTransform};
 pub mod parts {
     pub use brewster_buffers::{
         Axis, Backdrop, Background, Channel, Encoding, EnvironmentMap, Filter, Image, ImageTexture, Integrator,
-        MapError, MapRows, PixelFilter, SamplerKind, Settings, Texels, Texture, ToneMapping, UvSet, UvTransform, Wrap,
+        MapError, MapRows, PixelFilter, Pyramid, SamplerKind, Settings, Texels, Texture, ToneMapping, UvSet,
+        UvTransform, Wrap,
     };
     pub use brewster_geometry::{Affine, TriangleMesh};
     pub use brewster_optics::dispersion::DispersiveIndex;

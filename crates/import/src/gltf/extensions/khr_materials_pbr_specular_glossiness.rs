@@ -53,7 +53,10 @@ pub(in crate::gltf) fn apply(reader: &mut Reader, material: &mut Principled) -> 
     material.roughness = match texture {
         Some(Texture::Image(picture)) => {
             let image = Arc::new(roughness(&picture.image, glossiness));
-            Scalar { factor: 1.0, texture: Some((Texture::Image(ImageTexture { image, ..picture }), Channel::A)) }
+            Scalar {
+                factor: 1.0,
+                texture: Some((Texture::Image(ImageTexture { image, pyramid: None, ..picture }), Channel::A)),
+            }
         }
         _ => Scalar::constant(1.0 - glossiness),
     };

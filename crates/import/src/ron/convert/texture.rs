@@ -102,9 +102,12 @@ fn texture(session: &mut Session, texture: &Texture, encoding: Encoding) -> Opti
             filter,
             uv_set,
             vertex_colors,
+            mipmaps,
         } => {
+            let image = image::load(session, &file.value, file.span)?;
             let texture = ImageTexture {
-                image: image::load(session, &file.value, file.span)?,
+                pyramid: mipmaps.then(|| session.assets.pyramid(&image, encoding)),
+                image,
                 encoding,
                 wrap: [wrap_u, wrap_v].map(wrap),
                 filter: match filter {

@@ -84,6 +84,8 @@ schema! {
             uv_set: UvSet = "First" => "Second",
             /// Whether the colors of a mesh's vertices multiply it.
             vertex_colors: bool = "false" => "true",
+            /// Whether it is smoothed where it is seen from so far that many of its pixels fall into one of the picture's: less noise at few samples.
+            mipmaps: bool = "false" => "true",
         },
         /// The colors of a mesh's vertices; white on other shapes.
         VertexColors {

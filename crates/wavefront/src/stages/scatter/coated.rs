@@ -41,7 +41,7 @@ impl Scatter for OnCoated {
             let conductor = Conductor::new(context, row, hit, material.ior);
             Over::Metal(CoatedMetal::new(coat, conductor.facets()), conductor)
         } else {
-            let albedo = scene.color(materials.lambert.view().albedo[row], &hit.place());
+            let albedo = scene.color(materials.lambert.view().albedo[row], &context.seen(hit.place()));
             Over::Diffuse(CoatedDiffuse::new(coat, albedo.min(Vec3::ONE)))
         };
         Coating { coat, over }

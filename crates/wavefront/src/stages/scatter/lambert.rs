@@ -24,7 +24,7 @@ impl Scatter for OnLambert {
     fn surface(context: &Context<'_>, hit: &SurfaceHit, _: &Sides) -> Lambertian {
         let scene = context.scene;
         let albedo = scene.materials.lambert.view().albedo[hit.material as usize];
-        Lambertian { albedo: scene.color(albedo, &hit.place()) }
+        Lambertian { albedo: scene.color(albedo, &context.seen(hit.place())) }
     }
 
     #[inline(always)]

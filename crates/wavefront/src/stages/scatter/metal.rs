@@ -48,7 +48,7 @@ impl Conductor {
     #[inline(always)]
     pub fn new(context: &Context<'_>, row: usize, hit: &SurfaceHit, eta_i: f32) -> Conductor {
         let material = context.scene.materials.metal.get(row);
-        let r0 = context.scene.color(material.r0, &hit.place());
+        let r0 = context.scene.color(material.r0, &context.seen(hit.place()));
         Conductor {
             facets: Ggx::isotropic(material.alpha),
             compensated: None,

@@ -214,7 +214,7 @@ pub(crate) fn straight(context: &Context<'_>, ray: &ShadowRay, found: (&Hit, Sur
     let material = scene.materials.rows.get(scene.instances.view().material[instance as usize].0 as usize);
     let direction = ray.ray().direction;
     if material.detail != DetailId::NONE {
-        let place = point.place(instance, primitive);
+        let place = context.seen(point.place(instance, primitive));
         point.shading_normal = scene.bent_normal(material.detail, &place, &point, direction);
     }
     let hit = SurfaceHit { ray: 0, instance, primitive, material: material.row, point };

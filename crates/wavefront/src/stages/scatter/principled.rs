@@ -27,7 +27,7 @@ impl Scatter for OnPrincipled {
 
     #[inline(always)]
     fn surface(context: &Context<'_>, hit: &SurfaceHit, sides: &Sides) -> Principled {
-        let (scene, place) = (context.scene, &hit.place());
+        let (scene, place) = (context.scene, &context.seen(hit.place()));
         let material = scene.materials.principled.get(hit.material as usize);
         let color = |source| scene.color(source, place);
         let part = |source| scene.number(source, place).clamp(0.0, 1.0);
@@ -87,13 +87,13 @@ fn facets(
     }
     let (mut strength, mut direction) = (material.anisotropy, material.anisotropy_direction);
     if material.anisotropy_texture != TextureId::NONE {
-        let texel = context.scene.texture(material.anisotropy_texture, &hit.place());
+        let texel = context.scene.texture(material.anisotropy_texture, &context.seen(hit.place()));
         direction = direction.rotate(2.0 * texel.truncate().truncate() - Vec2::ONE);
         strength *= texel.z;
     }
     let facets = Ggx::anisotropic(alpha + (1.0 - alpha) * strength * strength, alpha);
     let [tangent, bitangent] =
-        context.scene.tangents(material.anisotropy_texture, &hit.place(), hit.point.shading_normal);
+        context.scene.tangents(material.anisotropy_texture, &context.seen(hit.place()), hit.point.shading_normal);
     let (world, frame) = (tangent * direction.x + bitangent * direction.y, Basis::around(normal));
     let local = frame.to_local(world).truncate();
     let length = local.length();
@@ -106,7 +106,7 @@ fn clearcoat_normal(context: &Context<'_>, hit: &SurfaceHit, normal: Vec3, mater
     if material.clearcoat.is_zero() {
         return Vec3::Z;
     }
-    let (scene, place) = (context.scene, &hit.place());
+    let (scene, place) = (context.scene, &context.seen(hit.place()));
     let upright = context.geometry.vertex_normal(place).unwrap_or(hit.point.geometric_normal);
     let bent = match material.clearcoat_normal {
         TextureId::NONE => upright,

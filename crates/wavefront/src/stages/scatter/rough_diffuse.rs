@@ -18,7 +18,7 @@ impl Scatter for OnRoughDiffuse {
     fn surface(context: &Context<'_>, hit: &SurfaceHit, _: &Sides) -> RoughDiffuse {
         let scene = context.scene;
         let material = scene.materials.rough_diffuse.get(hit.material as usize);
-        RoughDiffuse { albedo: scene.color(material.albedo, &hit.place()), roughness: material.roughness }
+        RoughDiffuse { albedo: scene.color(material.albedo, &context.seen(hit.place())), roughness: material.roughness }
     }
 
     #[inline(always)]

@@ -108,7 +108,7 @@ fn split(dielectrics: &DielectricsView<'_>, stacks: &mut MediaStacks, ray: &Path
 fn highlight(context: &Context<'_>, ray: &PathRay, hit: &SurfaceHit, split: &Split, outlet: &mut impl Outlet) {
     let scene = context.scene;
     let material = scene.materials.dielectric.get(hit.material as usize);
-    let specular = scene.color(material.specular, &hit.place());
+    let specular = scene.color(material.specular, &context.seen(hit.place()));
     for index in 0..scene.lights.len() {
         let light = scene.lights.get(index);
         let seen = light.illuminate(hit.point.position);

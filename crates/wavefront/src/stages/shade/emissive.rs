@@ -62,6 +62,6 @@ pub(crate) fn shine(
         power_heuristic(ray.pdf, scene.light_pdf(ray.ray().origin, hit.instance, hit.primitive, &hit.point))
     };
     let scale = share * context.radiance_scale(stacks, ray.media, ray.wavelength);
-    let radiance = ray.weight * scene.color(radiance, &hit.place()) * scale;
+    let radiance = ray.weight * scene.color(radiance, &context.seen(hit.place())) * scale;
     Contribution { radiance, sample: ray.sample, trail: ray.trail.end(End::Emitter), instance: hit.instance }
 }

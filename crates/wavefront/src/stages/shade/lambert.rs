@@ -29,7 +29,7 @@ pub(crate) fn light_lambert(context: &Context<'_>, ray: &PathRay, hit: &SurfaceH
     let scene = context.scene;
     let material = scene.materials.lambert.get(hit.material as usize);
     let (geometric, normal) = facing_normals(hit, ray.ray().direction);
-    let diffuse = lambert::brdf(scene.color(material.albedo, &hit.place()));
+    let diffuse = lambert::brdf(scene.color(material.albedo, &context.seen(hit.place())));
     for index in 0..scene.lights.len() {
         let light = scene.lights.get(index);
         let seen = light.illuminate(hit.point.position);

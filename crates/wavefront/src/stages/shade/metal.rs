@@ -52,7 +52,7 @@ pub(crate) fn mirror_at_metal(
     let direction = ray.ray().direction;
     let (geometric, normal) = facing_normals(hit, direction);
     let mirror = mirror(direction, normal);
-    let color = |source| scene.color(source, &hit.place());
+    let color = |source| scene.color(source, &context.seen(hit.place()));
     let (r0, specular) = (color(material.r0), color(material.specular));
     for index in 0..scene.lights.len() {
         let light = scene.lights.get(index);

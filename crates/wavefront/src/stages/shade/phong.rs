@@ -35,7 +35,7 @@ pub(crate) fn light_phong(context: &Context<'_>, ray: &PathRay, hit: &SurfaceHit
     let direction = ray.ray().direction;
     let (geometric, normal) = facing_normals(hit, direction);
     let mirror = mirror(direction, normal);
-    let color = |source| scene.color(source, &hit.place());
+    let color = |source| scene.color(source, &context.seen(hit.place()));
     let (diffuse, specular) = (lambert::brdf(color(material.diffuse)), color(material.specular));
 
     let ambient = ray.weight * color(material.ambient) * scene.ambient;
