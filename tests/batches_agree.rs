@@ -1,10 +1,13 @@
 //! The same picture, bit for bit, and the same counts however work is scheduled: in batches of any size, with levels cut at any
-//! capacity, either queue first, rays sorted or not, on every instruction set, all samples in one pass or few at a time, and
-//! without any queue.
+//! capacity, either queue first or both as one, rays sorted by any key or not, by every kernel on every instruction set, all samples
+//! in one pass or few at a time, and without any queue.
 
 use brewster_buffers::SceneBuffers;
+use brewster_geometry::Kernel;
 use brewster_lanes::Level;
-use brewster_wavefront::{Control, Executor, Policy, QueueOrder, Renderer, SortKey};
+use brewster_wavefront::queues::RaySource;
+use brewster_wavefront::stats::DepthStats;
+use brewster_wavefront::{Control, Executor, Policy, QueueOrder, Renderer, SortKey, Stats};
 
 use crate::scene::{SCENES, counts, film, load, render_with, small_reference};
 
@@ -27,7 +30,15 @@ fn check(name: &str, scene: &SceneBuffers, policies: impl IntoIterator<Item = Po
         let (other, counted) = render_with(scene, policy, 1);
         assert!(other == film, "{name} is another picture by {policy:?}");
         assert_eq!(counted.attribution, stats.attribution, "{name} by {policy:?}");
-        assert_eq!(counts(&counted), counts(&stats), "{name} by {policy:?}");
+        if policy.order == QueueOrder::Merged {
+            let totals = |stats: &Stats| stats.depths.iter().map(DepthStats::total).collect::<Vec<_>>();
+            assert_eq!(totals(&counted), totals(&stats), "{name} by {policy:?}");
+            // Crossings that fill their queue go before all others, by themselves.
+            assert!(counted.of_source(RaySource::Merged).traced() > 0, "{name} by {policy:?}");
+            assert_eq!(counted.of_source(RaySource::Reflection).traced(), 0, "{name} by {policy:?}");
+        } else {
+            assert_eq!(counts(&counted), counts(&stats), "{name} by {policy:?}");
+        }
     }
 }
 
@@ -65,18 +76,30 @@ fn with_levels_cut_at_any_capacity() {
     }
 }
 
-/// All combinations, and capacities that are smaller than a batch.
+/// Every order, key and kernel beside different others, and capacities that are smaller than a batch.
 #[test]
 fn in_any_order_on_every_instruction_set() {
+    let cases = [
+        (QueueOrder::ReflectionFirst, SortKey::None, Kernel::Packets, 50),
+        (QueueOrder::TransmissionFirst, SortKey::None, Kernel::Single, 4096),
+        (QueueOrder::ReflectionFirst, SortKey::Octant, Kernel::Wave, 4096),
+        (QueueOrder::TransmissionFirst, SortKey::Octant, Kernel::Packets, 50),
+        (QueueOrder::TransmissionFirst, SortKey::Material, Kernel::Single, 50),
+        (QueueOrder::ReflectionFirst, SortKey::Morton, Kernel::Packets, 4096),
+        (QueueOrder::Merged, SortKey::OctantMorton, Kernel::Wave, 50),
+        (QueueOrder::Merged, SortKey::None, Kernel::Packets, 4096),
+    ];
     let mut policies = Vec::new();
     for level in Level::available() {
-        for order in [QueueOrder::ReflectionFirst, QueueOrder::TransmissionFirst] {
-            for sort in [SortKey::None, SortKey::Octant] {
-                for capacity in [50, 4096] {
-                    policies.push(Policy { batch: 300, capacity, order, sort, level, ..Policy::default() });
-                }
-            }
-        }
+        policies.extend(cases.map(|(order, sort, kernel, capacity)| Policy {
+            batch: 300,
+            capacity,
+            order,
+            sort,
+            kernel,
+            level,
+            ..Policy::default()
+        }));
     }
     for name in ["colored_shadows", "nested", "principled", "shapes", "smooth"] {
         check(name, &scene(name), policies.iter().copied());
@@ -103,6 +126,28 @@ fn without_queues() {
         check(name, &scene, policies.iter().copied());
         (scene.settings.split_depth, scene.settings.clamp) = (3, 0.5);
         check(name, &scene, policies.iter().copied());
+    }
+}
+
+/// A survey changes no picture, depends on no thread, and counts the rays that the stages count.
+#[test]
+fn with_a_close_look_at_the_queues() {
+    for (name, scene) in [("shapes", scene("shapes")), ("diffuse-box", small_reference("diffuse-box"))] {
+        let policy = Policy { batch: 300, survey: true, ..Policy::default() };
+        check(name, &scene, [policy]);
+        let surveyed = |threads| {
+            let mut renderer = Renderer::new(&scene, 0, threads, policy, false).expect("the scene can be rendered");
+            assert!(renderer.pass(0..scene.settings.samples, &mut film(&scene), &Control::default()));
+            (renderer.survey().expect("one was asked for"), renderer.stats())
+        };
+        let (survey, stats) = surveyed(1);
+        assert!(survey == surveyed(3).0, "{name}: the survey depends on threads");
+        for (seen, counted) in survey.depths.iter().flatten().zip(stats.depths.iter().flat_map(|depth| &depth.counts)) {
+            assert_eq!(seen.rays, counted.traced(), "{name}");
+            assert_eq!(seen.lengths.iter().sum::<u64>(), seen.taken, "{name}");
+            assert!(seen.octant_runs <= seen.rays && seen.material_runs <= seen.rays, "{name}: {seen:?}");
+            assert!(seen.rays == 0 || seen.octant_runs > 0 && seen.visits[0] + seen.visits[1] > 0, "{name}: {seen:?}");
+        }
     }
 }
 

@@ -347,7 +347,7 @@ fn queue(counts: &Counts) -> QueueStats {
 }
 
 fn by_source<T>(of: impl Fn(RaySource) -> T) -> Named<T> {
-    RaySource::ALL.into_iter().map(|source| (source.name(), of(source))).collect()
+    RaySource::APART.into_iter().map(|source| (source.name(), of(source))).collect()
 }
 
 fn by_stage<T>(of: impl Fn(Stage) -> T) -> Named<T> {

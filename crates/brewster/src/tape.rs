@@ -137,7 +137,7 @@ impl TapeFile {
         if hash != fnv(content).to_le_bytes() {
             return Err("its hash is another: it was changed".to_owned());
         }
-        let source = RaySource::ALL.into_iter().find(|source| source.name() == header.queue);
+        let source = RaySource::APART.into_iter().find(|source| source.name() == header.queue);
         let source = source.ok_or_else(|| format!("there is no queue {:?}", header.queue))?;
         let columns = read_rays(&mut file, rays)?;
         let words = file.words(3 * samples)?;

@@ -35,18 +35,21 @@ fn rays_for(scene: &Scene, random: &mut Random, count: usize) -> RayColumns {
     rays
 }
 
-/// Every level finds what brute force finds; any hit agrees with the nearest one.
+/// Every kernel on every level finds what brute force finds; any hit agrees with the nearest one.
 fn check(name: &str, scene: &Scene, rays: &RayColumns) {
     let rays = rays.view();
     let expected: Vec<Hit> = (0..rays.len()).map(|i| scene.geometry().brute_force(&rays.get(i))).collect();
     let bits = |hit: &Hit| (hit.t.to_bits(), hit.u.to_bits(), hit.v.to_bits(), hit.instance, hit.primitive);
-    for level in Level::available() {
-        let found = hits_of(scene, level, rays);
+    let kernels = [Kernel::Packets, Kernel::Wave, Kernel::Single];
+    for (level, kernel) in Level::available().into_iter().flat_map(|level| kernels.map(|kernel| (level, kernel))) {
+        let mut found = HitColumns::new();
+        found.resize(rays.len(), Hit::miss());
+        closest_hits_by(kernel, &scene.geometry(), level, rays, found.view_mut());
         for (i, expected) in expected.iter().enumerate() {
             assert_eq!(
                 bits(&found.get(i)),
                 bits(expected),
-                "{name}, {level:?}, {:?}: {:?} {expected:?}",
+                "{name}, {level:?}, {kernel:?}, {:?}: {:?} {expected:?}",
                 rays.get(i),
                 found.get(i)
             );
@@ -62,12 +65,12 @@ fn check(name: &str, scene: &Scene, rays: &RayColumns) {
             })
             .collect();
         let mut out = vec![false; rays.len()];
-        occluded(&scene.geometry(), level, rays, &limits, &mut out);
+        occluded_by(kernel, &scene.geometry(), level, rays, &limits, &mut out);
         let mut memory = RayMemory::default();
         let mut one = RayByRay::new(scene.geometry(), level, &mut memory);
         for (i, hit) in expected.iter().enumerate() {
             let ray = rays.get(i);
-            assert_eq!(out[i], hit.t < limits[i], "{name}, {level:?}, {ray:?}");
+            assert_eq!(out[i], hit.t < limits[i], "{name}, {level:?}, {kernel:?}, {ray:?}");
             assert_eq!(one.occluded(&ray, limits[i]), out[i], "{name}, {level:?}, {ray:?} alone");
             assert_eq!(bits(&one.closest_hit(&ray)), bits(hit), "{name}, {level:?}, {ray:?} alone");
         }

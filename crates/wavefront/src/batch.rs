@@ -6,7 +6,7 @@ use crate::attribution::Attribution;
 use crate::integrator::DepthFirst;
 use crate::media::MediaStacks;
 use crate::queues::{ContributionQueue, Levels, PathRayColumns, SampleColumns, ShadowQueue};
-use crate::stages::{Draws, ShadowScratch, SortedHits, TraceScratch};
+use crate::stages::{Draws, OrderScratch, ShadowScratch, SortedHits, TraceScratch};
 use crate::stats::Recorder;
 
 /// All queues that the rays of one tile go through. One worker owns it; once its columns have grown to what a tile needs,
@@ -18,7 +18,7 @@ pub struct Batch {
     /// The rays that are traced now.
     pub rays: PathRayColumns,
     /// Memory for ordering them.
-    pub ordered: PathRayColumns,
+    pub ordered: OrderScratch,
     /// Their hits.
     pub hits: HitColumns,
     /// Their hits by kind of material.
@@ -51,7 +51,7 @@ impl Batch {
         Batch {
             levels: Levels::new(max_depth, capacity),
             rays: PathRayColumns::with_capacity(Levels::limit(capacity)),
-            ordered: PathRayColumns::with_capacity(Levels::limit(capacity)),
+            ordered: OrderScratch::with_capacity(Levels::limit(capacity)),
             hits: HitColumns::new(),
             sorted: SortedHits::default(),
             draws: Draws::default(),
@@ -70,7 +70,8 @@ impl Batch {
     /// Bytes of memory that the queues take.
     pub fn queue_bytes(&self) -> usize {
         self.levels.bytes()
-            + (self.rays.capacity() + self.ordered.capacity()) * PathRayColumns::BYTES_PER_ROW
+            + self.rays.capacity() * PathRayColumns::BYTES_PER_ROW
+            + self.ordered.bytes()
             + self.hits.capacity() * HitColumns::BYTES_PER_ROW
             + self.sorted.bytes()
             + self.draws.bytes()

@@ -299,6 +299,7 @@ impl<'a> Explainer<'a> {
                 RaySource::Primary => batch.levels.primary.push(next.ray),
                 RaySource::Reflection => here.reflection.push(next.ray),
                 RaySource::Transmission => here.transmission.push(next.ray),
+                RaySource::Merged => unreachable!("queues wait apart"),
             }
             step(context, batch, &mut tile).expect("a ray waits");
             let (parent, depth) = (Some(rays.len()), next.depth);

@@ -51,7 +51,9 @@ pub mod random;
 mod render;
 pub mod stages;
 pub mod stats;
+pub mod survey;
 pub mod tape;
+pub mod traffic;
 
 pub use policy::{Executor, Policy, QueueOrder, SortKey};
 pub use render::{Control, Renderer, Unsupported};

@@ -1,5 +1,6 @@
 //! Policies: how work is scheduled. None of them changes a bit of the picture.
 
+use brewster_geometry::Kernel;
 use brewster_lanes::Level;
 
 /// How a batch is scheduled.
@@ -13,12 +14,16 @@ pub struct Policy {
     pub order: QueueOrder,
     /// How rays are ordered before they are traced.
     pub sort: SortKey,
+    /// How rays are taken through the trees.
+    pub kernel: Kernel,
     /// The instruction set that kernels run on.
     pub level: Level,
     /// How paths are followed.
     pub executor: Executor,
     /// Whether the path integrator keeps the energy [`ledger`](crate::ledger).
     pub ledger: bool,
+    /// Whether the queues are looked at closely, for a [`survey`](crate::survey): that takes more time than rendering.
+    pub survey: bool,
 }
 
 impl Default for Policy {
@@ -28,9 +33,11 @@ impl Default for Policy {
             capacity: 4096,
             order: QueueOrder::ReflectionFirst,
             sort: SortKey::None,
+            kernel: Kernel::default(),
             level: Level::detect(),
             executor: Executor::Wavefront,
             ledger: false,
+            survey: false,
         }
     }
 }
@@ -52,13 +59,21 @@ pub enum QueueOrder {
     ReflectionFirst,
     /// Transmissions, then reflections.
     TransmissionFirst,
+    /// Both together, as one queue.
+    Merged,
 }
 
-/// How rays are ordered before they are traced.
+/// How rays are ordered before they are traced; rays of one key stay in the order in which they were pushed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SortKey {
     /// As they were pushed.
     None,
-    /// By the octant of their direction; in the old order within an octant.
+    /// By the material of the surface that they left.
+    Material,
+    /// By the octant of their direction.
     Octant,
+    /// By the place of their origin on a Morton curve through the scene, of 1,024 cells along each axis.
+    Morton,
+    /// By octant, and within an octant along the curve.
+    OctantMorton,
 }

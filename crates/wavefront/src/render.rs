@@ -15,6 +15,7 @@ use crate::context::Context;
 use crate::integrator::{megakernel, path, whitted};
 use crate::policy::{Executor, Policy};
 use crate::stats::{Recorder, Span, Stats};
+use crate::survey::Survey;
 
 /// Why a scene cannot be rendered as it is.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -141,7 +142,8 @@ impl<'a> Renderer<'a> {
         let epoch = Instant::now();
         let batches = (0..threads.max(1) as u32)
             .map(|worker| {
-                let recorder = Recorder::new(settings.max_depth, worker, epoch, timeline);
+                let mut recorder = Recorder::new(settings.max_depth, worker, epoch, timeline);
+                recorder.survey = policy.survey.then(|| Survey::new(settings.max_depth));
                 Batch::new(settings.max_depth, policy.capacity, recorder)
             })
             .collect();
@@ -209,6 +211,14 @@ impl<'a> Renderer<'a> {
             sum.queue_bytes = sum.queue_bytes.max(batch.queue_bytes());
         }
         sum
+    }
+
+    /// What the queues looked like in all passes so far, if the policy asks for that.
+    pub fn survey(&self) -> Option<Survey> {
+        let mut surveys = self.batches.iter().filter_map(|batch| batch.recorder.survey.as_ref());
+        let mut sum = surveys.next()?.clone();
+        surveys.for_each(|survey| sum.add(survey));
+        Some(sum)
     }
 
     /// Every stretch of time that a worker spent in a stage, if a timeline was asked for.

@@ -10,6 +10,7 @@ use brewster_film::Light;
 use crate::attribution::Attribution;
 use crate::ledger::Ledger;
 use crate::queues::RaySource;
+use crate::survey::Survey;
 
 /// The stages of a bounce, in order; the only list of them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -226,6 +227,13 @@ pub struct DepthStats {
 }
 
 impl DepthStats {
+    /// What happened to the rays of all queues: the same however these are taken.
+    pub fn total(&self) -> Counts {
+        let mut sum = Counts::default();
+        self.counts.iter().for_each(|counts| sum.add(counts));
+        sum
+    }
+
     /// Where the energy of all queues' rays went.
     pub fn ledger(&self) -> Ledger {
         let mut sum = Ledger::default();
@@ -332,6 +340,8 @@ pub struct Recorder {
     pub stats: Stats,
     /// Each stretch of time, if asked for.
     pub timeline: Option<Vec<Span>>,
+    /// What the queues look like, if asked for.
+    pub survey: Option<Survey>,
     worker: u32,
     epoch: Instant,
 }
@@ -339,7 +349,7 @@ pub struct Recorder {
 impl Recorder {
     /// A recorder of one worker; `epoch` is the start of the render.
     pub fn new(max_depth: u32, worker: u32, epoch: Instant, timeline: bool) -> Recorder {
-        Recorder { stats: Stats::new(max_depth), timeline: timeline.then(Vec::new), worker, epoch }
+        Recorder { stats: Stats::new(max_depth), timeline: timeline.then(Vec::new), survey: None, worker, epoch }
     }
 
     /// Runs a stage over `rays` rays of a depth and queue, and notes the time and their number. Stages without rays are
@@ -360,6 +370,9 @@ impl Recorder {
         run(&mut at.counts[source as usize]);
         let time = start.elapsed();
         at.times[source as usize][stage as usize] += time;
+        if let Some(survey) = &mut self.survey {
+            survey.call((stage, depth, source), rays);
+        }
         if let Some(timeline) = &mut self.timeline {
             let start = start.duration_since(self.epoch);
             timeline.push(Span { stage, depth, source, rays: rays as u32, worker: self.worker, start, time });

@@ -199,7 +199,7 @@ impl<'a> Replay<'a> {
             let ray = PathRay { media: media[ray.media.0 as usize], ..ray };
             match tape.source {
                 RaySource::Primary => batch.levels.primary.push(ray),
-                RaySource::Reflection => batch.levels.at(tape.depth).0.reflection.push(ray),
+                RaySource::Reflection | RaySource::Merged => batch.levels.at(tape.depth).0.reflection.push(ray),
                 RaySource::Transmission => batch.levels.at(tape.depth).0.transmission.push(ray),
             }
         }

@@ -100,9 +100,11 @@ fn a_second_pass_over_the_tiles_allocates_nothing() {
     for transparent in [false, true] {
         scene.settings.transparent_shadows = transparent;
         for (batch, capacity) in [(64, 4096), (4096, 4096), (1000, 64), (1000, 7)] {
-            for (sort, order) in
-                [(SortKey::None, QueueOrder::ReflectionFirst), (SortKey::Octant, QueueOrder::TransmissionFirst)]
-            {
+            for (sort, order) in [
+                (SortKey::None, QueueOrder::ReflectionFirst),
+                (SortKey::Octant, QueueOrder::TransmissionFirst),
+                (SortKey::OctantMorton, QueueOrder::Merged),
+            ] {
                 check(&scene, &stages, Policy { batch, capacity, sort, order, ..Policy::default() });
             }
         }

@@ -426,7 +426,7 @@ fn summarize(render: &Render<'_>, terminal: Terminal, warnings: usize) {
         }
     }
     terminal.say(format_args!("rays     {}", count(stats.rays())));
-    let traced = RaySource::ALL.map(|source| (source.name(), stats.of_source(source).traced()));
+    let traced = RaySource::APART.map(|source| (source.name(), stats.of_source(source).traced()));
     for (queue, rays) in traced.into_iter().chain([("shadow", stats.total().shadow_segments)]) {
         terminal.say(format_args!("  {queue:16} {:>12}", count(rays)));
     }

@@ -21,9 +21,15 @@ struct Avx512;
 /// # Safety
 /// The machine has AVX-512 F, VL, DQ, BW and CD, AVX2, FMA and BMI.
 #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx512cd,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-pub(super) unsafe fn run<T: Task>(scene: &SceneGeometry<'_>, rays: Rays<'_>, mut task: T, memory: &mut Memory) {
+pub(super) unsafe fn run<T: Task>(
+    kernel: super::Kernel,
+    scene: &SceneGeometry<'_>,
+    rays: Rays<'_>,
+    mut task: T,
+    memory: &mut Memory,
+) {
     // Packets look for the nearest hits only: shadow rays are seldom coherent, and end at their first hit.
-    if T::ANY {
+    if T::ANY || kernel != super::Kernel::Packets {
         // SAFETY: as stated.
         return unsafe { wave::<Avx512, T>(scene, rays, None, task, memory) };
     }

@@ -21,17 +21,77 @@ pub use one::{RayByRay, RayMemory};
 use brewster_lanes::{Level, dispatch};
 
 use crate::hit::{Hit, HitsViewMut};
-use crate::ray::Rays;
+use crate::ray::{Ray, Rays};
 use crate::scene::SceneGeometry;
 
-/// The nearest hit of every ray, or [`Hit::miss`]. Panics if there are fewer rows for hits than rays.
+/// How rays are taken through the trees. Every kernel finds the same hits.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Kernel {
+    /// Sixteen coherent rays together where the level is AVX-512, the others in waves: the fastest.
+    #[default]
+    Packets,
+    /// Many rays in flight, each on its own way; where the level is below AVX2, one after the other.
+    Wave,
+    /// One ray after the other, in plain Rust.
+    Single,
+}
+
+/// What a ray that goes alone looks at on its way to its nearest hit.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Visits {
+    /// Nodes, of eight boxes each, in both levels of trees.
+    pub nodes: u32,
+    /// Instances whose space it was taken to.
+    pub instances: u32,
+    /// Shapes and triangles that it was tested against.
+    pub primitives: u32,
+}
+
+impl single::Tally for Visits {
+    fn node(&mut self) {
+        self.nodes += 1;
+    }
+
+    fn instance(&mut self) {
+        self.instances += 1;
+    }
+
+    fn primitives(&mut self, number: u32) {
+        self.primitives += number;
+    }
+}
+
+/// Counts what a ray looks at with [`Kernel::Single`]; the kernels that only find hits are compiled without counting. A packet
+/// looks at more, what any of its rays asks for.
+pub fn visits(scene: &SceneGeometry<'_>, ray: &Ray) -> Visits {
+    let mut visits = Visits::default();
+    let mut stacks = STACKS.take();
+    single::search(scene, ray, &mut stacks, &mut search::Nearest(Hit::miss()), &mut visits);
+    STACKS.set(stacks);
+    visits
+}
+
+/// The nearest hit of every ray, or [`Hit::miss`], by the fastest kernel. Panics if there are fewer rows for hits than rays.
 ///
 /// The hits do not depend on the level, the trees or the other rays.
 ///
 /// Reads: the scene, rays. Writes: hits.
-pub fn closest_hits(scene: &SceneGeometry<'_>, level: Level, rays: Rays<'_>, mut hits: HitsViewMut<'_>) {
+pub fn closest_hits(scene: &SceneGeometry<'_>, level: Level, rays: Rays<'_>, hits: HitsViewMut<'_>) {
+    closest_hits_by(Kernel::default(), scene, level, rays, hits);
+}
+
+/// The same by a kernel of one's choice.
+///
+/// Reads: the scene, rays. Writes: hits.
+pub fn closest_hits_by(
+    kernel: Kernel,
+    scene: &SceneGeometry<'_>,
+    level: Level,
+    rays: Rays<'_>,
+    mut hits: HitsViewMut<'_>,
+) {
     assert!(hits.len() >= rays.len(), "every ray has a row for its hit");
-    if !wave::run(scene, level, rays, wave::Closest(hits.reborrow())) {
+    if !wave::run(kernel, scene, level, rays, wave::Closest(hits.reborrow())) {
         closest_single(level, scene, rays, hits.reborrow());
     }
 }
@@ -40,8 +100,22 @@ pub fn closest_hits(scene: &SceneGeometry<'_>, level: Level, rays: Rays<'_>, mut
 ///
 /// Reads: the scene, rays, `t_max`. Writes: `out`.
 pub fn occluded(scene: &SceneGeometry<'_>, level: Level, rays: Rays<'_>, t_max: &[f32], out: &mut [bool]) {
+    occluded_by(Kernel::default(), scene, level, rays, t_max, out);
+}
+
+/// The same by a kernel of one's choice.
+///
+/// Reads: the scene, rays, `t_max`. Writes: `out`.
+pub fn occluded_by(
+    kernel: Kernel,
+    scene: &SceneGeometry<'_>,
+    level: Level,
+    rays: Rays<'_>,
+    t_max: &[f32],
+    out: &mut [bool],
+) {
     assert!(t_max.len() >= rays.len() && out.len() >= rays.len(), "every ray has a row");
-    if !wave::run(scene, level, rays, wave::Occluded { t_max, out: &mut *out }) {
+    if !wave::run(kernel, scene, level, rays, wave::Occluded { t_max, out: &mut *out }) {
         occluded_single(level, scene, rays, t_max, out);
     }
 }
@@ -57,7 +131,7 @@ dispatch! {
         let mut stacks = STACKS.take();
         for i in 0..rays.len() {
             let mut nearest = search::Nearest(Hit::miss());
-            single::search(scene, &rays.get(i), &mut stacks, &mut nearest);
+            single::search(scene, &rays.get(i), &mut stacks, &mut nearest, &mut ());
             hits.set(i, nearest.0);
         }
         STACKS.set(stacks);
@@ -67,7 +141,7 @@ dispatch! {
         let mut stacks = STACKS.take();
         for i in 0..rays.len() {
             let mut any = search::Any { t_max: t_max[i], found: false };
-            single::search(scene, &rays.get(i), &mut stacks, &mut any);
+            single::search(scene, &rays.get(i), &mut stacks, &mut any, &mut ());
             out[i] = any.found;
         }
         STACKS.set(stacks);

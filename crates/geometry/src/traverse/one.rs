@@ -66,7 +66,7 @@ impl<'a> RayByRay<'a> {
             return self.search::<false>(ray, f32::INFINITY);
         }
         let mut nearest = search::Nearest(Hit::miss());
-        single::search(&self.scene, ray, &mut self.memory.plain, &mut nearest);
+        single::search(&self.scene, ray, &mut self.memory.plain, &mut nearest, &mut ());
         nearest.0
     }
 
@@ -77,7 +77,7 @@ impl<'a> RayByRay<'a> {
             return !self.search::<true>(ray, t_max).is_miss();
         }
         let mut any = search::Any { t_max, found: false };
-        single::search(&self.scene, ray, &mut self.memory.plain, &mut any);
+        single::search(&self.scene, ray, &mut self.memory.plain, &mut any, &mut ());
         any.found
     }
 

@@ -17,29 +17,55 @@ pub(crate) struct Stacks {
     mesh: Vec<(f32, u32)>,
 }
 
+/// What is counted on the way. `()` counts nothing and costs nothing.
+pub(crate) trait Tally {
+    /// Eight boxes were tested.
+    fn node(&mut self);
+    /// A ray was taken to an instance's space.
+    fn instance(&mut self);
+    /// Shapes or triangles were tested.
+    fn primitives(&mut self, number: u32);
+}
+
+impl Tally for () {
+    #[inline(always)]
+    fn node(&mut self) {}
+    #[inline(always)]
+    fn instance(&mut self) {}
+    #[inline(always)]
+    fn primitives(&mut self, _number: u32) {}
+}
+
 /// Searches the whole scene.
 #[inline(always)]
-pub(crate) fn search(scene: &SceneGeometry<'_>, ray: &Ray, stacks: &mut Stacks, search: &mut impl Search) {
+pub(crate) fn search(
+    scene: &SceneGeometry<'_>,
+    ray: &Ray,
+    stacks: &mut Stacks,
+    search: &mut impl Search,
+    tally: &mut impl Tally,
+) {
     for &plane in scene.planes {
-        if enter(scene, plane, ray, &mut stacks.mesh, search) {
+        if enter(scene, plane, ray, &mut stacks.mesh, search, tally) {
             return;
         }
     }
     let start = ray.origin.abs().max_element();
     let slabs = Slabs::new(ray, scene.top.reach, scene.top.slack(start));
-    walk(&scene.top.nodes, &slabs, &mut stacks.top, search, |instance, search| {
-        enter(scene, instance, ray, &mut stacks.mesh, search)
+    walk(&scene.top.nodes, &slabs, &mut stacks.top, search, tally, |instance, search, tally| {
+        enter(scene, instance, ray, &mut stacks.mesh, search, tally)
     });
 }
 
 /// Visits the leaves of a tree that the ray meets, the nearest first; a visit says whether the search is over.
 #[inline(always)]
-fn walk<S: Search>(
+fn walk<S: Search, T: Tally>(
     nodes: &[Node],
     slabs: &Slabs,
     stack: &mut Vec<(f32, u32)>,
     search: &mut S,
-    mut visit: impl FnMut(u32, &mut S) -> bool,
+    tally: &mut T,
+    mut visit: impl FnMut(u32, &mut S, &mut T) -> bool,
 ) -> bool {
     stack.clear();
     if slabs.is_usable() {
@@ -50,12 +76,13 @@ fn walk<S: Search>(
             continue;
         }
         if reference & LEAF != 0 {
-            if visit(reference & !LEAF, search) {
+            if visit(reference & !LEAF, search, tally) {
                 return true;
             }
             continue;
         }
         let node = &nodes[reference as usize];
+        tally.node();
         let (enter, mut mask) = slabs.test(node, search.limit());
         let base = stack.len();
         while mask != 0 {
@@ -77,7 +104,7 @@ pub(crate) fn enter_instance(
     stacks: &mut Stacks,
     search: &mut impl Search,
 ) {
-    enter(scene, instance, ray, &mut stacks.mesh, search);
+    enter(scene, instance, ray, &mut stacks.mesh, search, &mut ());
 }
 
 /// Searches one instance; true if the search is over.
@@ -88,18 +115,24 @@ fn enter(
     ray: &Ray,
     stack: &mut Vec<(f32, u32)>,
     search: &mut impl Search,
+    tally: &mut impl Tally,
 ) -> bool {
+    tally.instance();
     let shape = scene.shapes[instance as usize];
     let local = scene.world_to_object[instance as usize].ray(ray);
     with_shape!(scene.table, shape,
-        analytic => match analytic.intersect(&local) {
-            Some(hit) => search.offer(Hit { t: hit.t, u: hit.u, v: hit.v, instance, primitive: hit.primitive }),
-            None => false,
+        analytic => {
+            tally.primitives(1);
+            match analytic.intersect(&local) {
+                Some(hit) => search.offer(Hit { t: hit.t, u: hit.u, v: hit.v, instance, primitive: hit.primitive }),
+                None => false,
+            }
         },
         mesh => {
             let tree = &scene.mesh_trees[mesh];
             let (slabs, shear) = (Slabs::new(&local, tree.reach, 0.0), Shear::new(&local));
-            walk(&tree.nodes, &slabs, stack, search, |patch, search| {
+            walk(&tree.nodes, &slabs, stack, search, tally, |patch, search, tally| {
+                tally.primitives(tree.patches[patch as usize].triangles);
                 test_patch(tree, &tree.patches[patch as usize], &shear, instance, search)
             })
         }

@@ -135,9 +135,15 @@ struct Slot {
     top: Slabs,
 }
 
-/// Sends rays through the scene with a kernel for the level's instruction set; false if there is none.
-pub(crate) fn run<T: Task>(scene: &SceneGeometry<'_>, level: Level, rays: Rays<'_>, task: T) -> bool {
-    if !level.has_avx2() {
+/// Sends rays through the scene with steps for the level's instruction set; false if there are none, or another kernel is asked for.
+pub(crate) fn run<T: Task>(
+    kernel: super::Kernel,
+    scene: &SceneGeometry<'_>,
+    level: Level,
+    rays: Rays<'_>,
+    task: T,
+) -> bool {
+    if kernel == super::Kernel::Single || !level.has_avx2() {
         return false;
     }
     // Taken out of its place, since a closure would not be compiled for the level.
@@ -145,7 +151,7 @@ pub(crate) fn run<T: Task>(scene: &SceneGeometry<'_>, level: Level, rays: Rays<'
     #[cfg(target_arch = "x86_64")]
     if level.has_avx512() {
         // SAFETY: a `Level` exists only for instruction sets that this machine has.
-        unsafe { super::avx512::run(scene, rays, task, &mut memory) };
+        unsafe { super::avx512::run(kernel, scene, rays, task, &mut memory) };
     } else {
         // SAFETY: as above.
         unsafe { super::avx2::run(scene, rays, task, &mut memory) };

@@ -109,10 +109,13 @@ fn meet(context: &Context<'_>, batch: &mut Batch, tile: &mut FilmTile<'_>) -> Op
     } = batch;
     let (depth, source) = levels.take(context.policy.order, rays)?;
     let at = |stage| (stage, depth, source);
-    recorder.stage(at(Stage::Order), rays.len(), |_| order(context.policy.sort, rays, ordered));
+    recorder.stage(at(Stage::Order), rays.len(), |_| order(context, rays, ordered));
     recorder.stage(at(Stage::Trace), rays.len(), |counts| {
         trace(context, rays.view(), depth, hits, passing, samples.view_mut(), counts);
     });
+    if let Some(survey) = &mut recorder.survey {
+        survey.look(context, (depth, source), rays.view(), hits.view());
+    }
     recorder.stage(at(Stage::Absorb), rays.len(), |counts| {
         absorb(context, stacks, hits.view(), rays.view_mut(), counts);
     });

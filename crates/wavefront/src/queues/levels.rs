@@ -86,6 +86,10 @@ impl Levels {
             RaySource::Primary => self.primary.take(self.capacity, taken),
             RaySource::Reflection => queues.reflection.take(self.capacity, taken),
             RaySource::Transmission => queues.transmission.take(self.capacity, taken),
+            RaySource::Merged => {
+                queues.reflection.take(self.capacity, taken);
+                queues.transmission.take_more(self.capacity - taken.len(), taken);
+            }
         }
         Some((depth, source))
     }
@@ -98,11 +102,13 @@ impl Levels {
         if depth == 0 && !self.primary.is_empty() {
             return RaySource::Primary;
         }
-        let reflection_first = match order {
-            QueueOrder::ReflectionFirst => !queues.reflection.is_empty(),
-            QueueOrder::TransmissionFirst => queues.transmission.is_empty(),
-        };
-        if reflection_first { RaySource::Reflection } else { RaySource::Transmission }
+        match order {
+            QueueOrder::ReflectionFirst if queues.reflection.is_empty() => RaySource::Transmission,
+            QueueOrder::ReflectionFirst => RaySource::Reflection,
+            QueueOrder::TransmissionFirst if queues.transmission.is_empty() => RaySource::Reflection,
+            QueueOrder::TransmissionFirst => RaySource::Transmission,
+            QueueOrder::Merged => RaySource::Merged,
+        }
     }
 
     /// Bytes of memory taken.
@@ -154,7 +160,7 @@ mod tests {
 
     #[test]
     fn a_split_tree_stays_within_its_limit_and_loses_no_ray() {
-        for order in [QueueOrder::ReflectionFirst, QueueOrder::TransmissionFirst] {
+        for order in [QueueOrder::ReflectionFirst, QueueOrder::TransmissionFirst, QueueOrder::Merged] {
             for (capacity, camera_rays) in [(1, 5), (3, 100), (64, 64), (64, 1000), (256, 100)] {
                 for of in [1, 2, 5, 1000] {
                     check(capacity, camera_rays, of, order);

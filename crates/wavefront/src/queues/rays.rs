@@ -115,11 +115,17 @@ pub enum RaySource {
     Reflection,
     /// A transmission.
     Transmission,
+    /// A reflection or a transmission, where a [policy](crate::QueueOrder::Merged) takes both queues as one.
+    Merged,
 }
 
 impl RaySource {
     /// All sources, in the order in which reports list them.
-    pub const ALL: [RaySource; 3] = [RaySource::Primary, RaySource::Reflection, RaySource::Transmission];
+    pub const ALL: [RaySource; 4] =
+        [RaySource::Primary, RaySource::Reflection, RaySource::Transmission, RaySource::Merged];
+
+    /// Those that there are where queues are not merged.
+    pub const APART: [RaySource; 3] = [RaySource::Primary, RaySource::Reflection, RaySource::Transmission];
 
     /// The name used in counters and reports.
     pub fn name(self) -> &'static str {
@@ -127,6 +133,7 @@ impl RaySource {
             RaySource::Primary => "primary",
             RaySource::Reflection => "reflection",
             RaySource::Transmission => "transmission",
+            RaySource::Merged => "merged",
         }
     }
 }
@@ -173,10 +180,15 @@ impl<Source> RayQueue<Source> {
         if self.len() <= limit && self.rays.capacity() == taken.capacity() {
             std::mem::swap(&mut self.rays, taken);
         } else {
-            let kept = self.len().saturating_sub(limit);
-            taken.extend_from_view(self.rays.view().slice(kept..self.len()));
-            self.rays.truncate(kept);
+            self.take_more(limit, taken);
         }
+    }
+
+    /// Moves at most `limit` rays behind those in `taken`, the last ones.
+    pub fn take_more(&mut self, limit: usize, taken: &mut PathRayColumns) {
+        let kept = self.len().saturating_sub(limit);
+        taken.extend_from_view(self.rays.view().slice(kept..self.len()));
+        self.rays.truncate(kept);
     }
 
     /// Bytes of memory taken.

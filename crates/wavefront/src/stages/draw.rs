@@ -131,6 +131,9 @@ pub struct Draws {
 }
 
 impl Draws {
+    /// Bytes that a hit takes.
+    pub const BYTES_PER_ROW: usize = StreamColumns::BYTES_PER_ROW + DrawColumns::BYTES_PER_ROW;
+
     /// The numbers that were drawn, in the hits' order.
     pub fn view(&self) -> DrawsView<'_> {
         self.numbers.view()

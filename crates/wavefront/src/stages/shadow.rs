@@ -1,12 +1,13 @@
 //! Tests rays toward lights.
 
 use brewster_buffers::MaterialKind;
-use brewster_geometry::{Hit, HitColumns, closest_hits, occluded, offset_origin, surface};
+use brewster_geometry::{Hit, HitColumns, closest_hits_by, occluded_by, offset_origin, surface};
 use glam::Vec3;
 
 use super::scatter::straight;
 use crate::context::Context;
 use crate::media::{MediaStacks, Medium};
+use crate::policy::Policy;
 use crate::queues::{Contribution, ContributionQueue, End, SamplesViewMut, ShadowQueue, ShadowRay};
 use crate::stats::Counts;
 
@@ -57,7 +58,8 @@ pub fn shadow(
         }
         let view = queue.view();
         scratch.blocked.resize(view.len(), false);
-        occluded(&context.geometry, context.policy.level, view.rays(), view.distance, &mut scratch.blocked);
+        let Policy { kernel, level, .. } = context.policy;
+        occluded_by(kernel, &context.geometry, level, view.rays(), view.distance, &mut scratch.blocked);
         for row in 0..view.len() {
             let ray = view.get(row);
             if !scratch.blocked[row] {
@@ -109,7 +111,8 @@ fn follow(
     contributions: &mut ContributionQueue,
 ) {
     scratch.hits.resize(queue.len(), Hit::miss());
-    closest_hits(&context.geometry, context.policy.level, queue.view().rays(), scratch.hits.view_mut());
+    let Policy { kernel, level, .. } = context.policy;
+    closest_hits_by(kernel, &context.geometry, level, queue.view().rays(), scratch.hits.view_mut());
     scratch.next.clear();
     // The two queues change places: either has room for what the other may get.
     scratch.next.reserve(queue.capacity());

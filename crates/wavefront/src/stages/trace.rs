@@ -5,11 +5,12 @@
 //! on from there, within the stage: no other stage ever sees what was not there. The ray keeps its origin, so what is told of
 //! the hit in the end, distance, media and densities of light sampling, is as if nothing had been on the way.
 
-use brewster_geometry::{Hit, HitColumns, Ray, Rays, closest_hits, offset_origin, surface};
+use brewster_geometry::{Hit, HitColumns, Ray, Rays, closest_hits_by, offset_origin, surface};
 use brewster_lanes::columns;
 use glam::Vec3;
 
 use crate::context::Context;
+use crate::policy::Policy;
 use crate::queues::{PathRaysView, SamplesViewMut};
 use crate::random::{Decision, Stream};
 use crate::stats::Counts;
@@ -82,7 +83,8 @@ pub fn trace(
     counts: &mut Counts,
 ) {
     hits.resize(rays.len(), Hit::miss());
-    closest_hits(&context.geometry, context.policy.level, rays.rays(), hits.view_mut());
+    let Policy { kernel, level, .. } = context.policy;
+    closest_hits_by(kernel, &context.geometry, level, rays.rays(), hits.view_mut());
     for &sample in rays.sample {
         samples.rays[sample as usize] += 1;
     }
@@ -107,7 +109,7 @@ pub fn trace(
             origin: [passing.origin_x, passing.origin_y, passing.origin_z],
             direction: [passing.direction_x, passing.direction_y, passing.direction_z],
         };
-        closest_hits(&context.geometry, context.policy.level, onward, scratch.hits.view_mut());
+        closest_hits_by(kernel, &context.geometry, level, onward, scratch.hits.view_mut());
         scratch.next.clear();
         for (at, &row) in passing.row.iter().enumerate() {
             let row = row as usize;
