@@ -48,6 +48,7 @@ mod sandbox;
 mod scene;
 mod session;
 mod source;
+pub mod study;
 mod view;
 
 use std::path::{Path, PathBuf};

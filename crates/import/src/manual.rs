@@ -5,6 +5,7 @@ use std::fmt::Write;
 use crate::diagnostics::Code;
 use crate::ron::info::{FieldInfo, Form, Kind, TypeInfo};
 use crate::ron::schema::Scene;
+use crate::ron::schema::study::Study;
 
 /// Every type of the format with all its fields, and every kind of diagnostic, as Markdown. The crate's `README.md` holds
 /// this text; a test compares the two.
@@ -16,6 +17,17 @@ pub fn reference() -> String {
     text += "## Diagnostics\n\n| code | meaning |\n| --- | --- |\n";
     for code in Code::ALL {
         line(&mut text, &[format!("`{}`", code.name()), code.meaning().to_string()]);
+    }
+    text
+}
+
+/// Every type of the study format with all its fields, as Markdown. The crate's `study.md` holds this text.
+pub fn study_reference() -> String {
+    let mut found = Vec::new();
+    visit(Study::INFO, &mut found);
+    let mut text = String::new();
+    for info in found {
+        type_page(&mut text, info);
     }
     text
 }
@@ -135,7 +147,9 @@ mod tests {
     #[test]
     fn examples_and_defaults_are_values_of_their_fields() {
         let mut count = 0;
-        for info in types() {
+        let mut all = types();
+        visit(Study::INFO, &mut all);
+        for info in all {
             for field in info.fields() {
                 let name = format!("{}: {}", info.name, field.name);
                 assert!((field.takes)(field.example), "the example of {name}");

@@ -26,7 +26,9 @@ use crate::session::Session;
 use crate::source::SourceId;
 
 use content::Resolver;
+pub(crate) use convert::integrator as convert_integrator;
 use decode::{Context, Decode};
+pub(crate) use values::Named;
 
 /// The scene in a source that was read from `path`, or `None` after an error.
 pub(crate) fn load(
@@ -51,6 +53,18 @@ pub(crate) fn load(
         check::check(session, &scene, &name);
     }
     (session.found.errors() == 0).then_some(scene)
+}
+
+/// A study file.
+pub(crate) fn read_study(session: &mut Session, source: SourceId) -> Option<schema::study::Study> {
+    let root = match parse::parse(&session.sources, source, 0, &session.limits) {
+        Ok(root) => root,
+        Err(error) => {
+            session.found.push(*error);
+            return None;
+        }
+    };
+    schema::study::Study::decode(&root, &mut Context::new(&session.sources, &mut session.found))
 }
 
 /// Reports what the integrator does not render, each kind of thing once.

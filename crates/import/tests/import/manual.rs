@@ -2,16 +2,25 @@
 
 use std::path::Path;
 
-use brewster_import::manual::reference;
+use brewster_import::manual::{reference, study_reference};
 
 const BEGIN: &str = "<!-- The rest is written by the schema: run the test `manual` with UPDATE_EXPECTED=1. -->\n\n";
 
 #[test]
 fn the_manual_holds_the_reference() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("README.md");
+    check("README.md", reference());
+}
+
+#[test]
+fn the_manual_of_studies_holds_theirs() {
+    check("study.md", study_reference());
+}
+
+#[track_caller]
+fn check(file: &str, expected: String) {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(file);
     let manual = std::fs::read_to_string(&path).expect("the manual is there");
     let (introduction, found) = manual.split_once(BEGIN).expect("the manual says where the reference begins");
-    let expected = reference();
     if std::env::var_os("UPDATE_EXPECTED").is_some() {
         std::fs::write(&path, format!("{introduction}{BEGIN}{expected}")).expect("it can be written");
         return;

@@ -9,6 +9,7 @@ use glam::{Vec2, Vec3};
 use crate::source::Span;
 
 mod material;
+pub(crate) mod study;
 mod texture;
 
 pub(crate) use material::{Anisotropy, Dispersion, Film, Fresnel, Iridescence, Material, Opacity, Sides};
