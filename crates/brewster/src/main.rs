@@ -6,6 +6,7 @@
 mod commands;
 mod interrupt;
 mod plot;
+mod study;
 mod terminal;
 
 use std::process::ExitCode;

@@ -10,6 +10,7 @@
 //! - `explain_tells`: how a pixel's light came about adds up, and every field is documented.
 //! - `fresnel_tabulates`: reflectance at known angles, and its plots.
 //! - `compare_measures`: figures and maps of differences worked out by hand.
+//! - `study_measures`: the folder of a study, an interrupted one, and broken study files.
 //! - `shells_are_served`: completions and manual pages.
 
 mod door {
@@ -26,5 +27,7 @@ mod door {
     mod replay_repeats;
     mod shells_are_served;
     mod stats_agree;
+    #[cfg(unix)]
+    mod study_measures;
     mod watch_follows_edits;
 }

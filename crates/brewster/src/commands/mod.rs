@@ -12,6 +12,7 @@ mod models;
 mod render;
 mod replay;
 mod scene;
+mod study;
 mod values;
 mod watch;
 
@@ -44,6 +45,7 @@ enum Command {
     Explain(Box<explain::Arguments>),
     Fresnel(fresnel::Arguments),
     Compare(compare::Arguments),
+    Study(Box<study::Arguments>),
     Completions(completions::Arguments),
     Man(man::Arguments),
 }
@@ -127,6 +129,7 @@ pub(crate) fn run(line: CommandLine) -> ExitCode {
         Command::Explain(arguments) => explain::run(&arguments),
         Command::Fresnel(arguments) => fresnel::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
+        Command::Study(arguments) => study::run(&arguments),
         Command::Completions(arguments) => completions::run(&arguments),
         Command::Man(arguments) => man::run(&arguments),
     };

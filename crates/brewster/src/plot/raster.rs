@@ -28,6 +28,16 @@ impl Diagram {
                         pixels.stroke_path(&path, &paint(pen.ink), &stroke, transform, None);
                     }
                 }
+                Mark::Area { points, ink } => {
+                    if let Some(path) = polyline(points) {
+                        pixels.fill_path(&path, &paint(*ink), FillRule::Winding, transform, None);
+                    }
+                }
+                Mark::Dot { at: [x, y], radius, ink } => {
+                    if let Some(path) = PathBuilder::from_circle(*x, *y, *radius) {
+                        pixels.fill_path(&path, &paint(*ink), FillRule::Winding, transform, None);
+                    }
+                }
                 Mark::Word { text, at, size, anchor, ink } => {
                     if let Some(path) = outline(&font, text, *at, *size, *anchor) {
                         pixels.fill_path(&path, &paint(*ink), FillRule::Winding, transform, None);

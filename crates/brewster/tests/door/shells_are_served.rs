@@ -2,8 +2,8 @@
 
 use super::desk::Desk;
 
-const COMMANDS: [&str; 9] =
-    ["render", "check", "convert", "explain", "fresnel", "compare", "replay", "completions", "man"];
+const COMMANDS: [&str; 10] =
+    ["render", "check", "convert", "explain", "fresnel", "compare", "replay", "study", "completions", "man"];
 
 #[test]
 fn every_shell_gets_a_script_with_every_command() {

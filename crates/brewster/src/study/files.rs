@@ -1,0 +1,255 @@
+//! The folder of a study: its file, what was measured as JSON and CSV, charts, pictures and the report.
+
+use std::fmt::{Display, Write as _};
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::time::{SystemTime, UNIX_EPOCH};
+use std::{fs, io};
+
+use brewster::film::{FilmError, LinearImage, PngSettings, write_atomically, write_png};
+
+use super::record::{Experiment, QueueRow, Results, StageRow};
+use super::report;
+use super::statistics::{Estimate, Verdict};
+
+/// Where a study's results go.
+pub(crate) struct Folder {
+    path: PathBuf,
+}
+
+impl Folder {
+    /// Makes the folder DATE-NAME in another one; with a number behind it if there is one already.
+    pub(crate) fn create(parent: &Path, date: &str, name: &str) -> io::Result<Folder> {
+        let stem = format!("{date}-{}", slug(name));
+        let names = (1..1000).map(|number| if number == 1 { stem.clone() } else { format!("{stem}-{number}") });
+        for name in names {
+            let path = parent.join(name);
+            match fs::create_dir(&path) {
+                Ok(()) => return Ok(Folder { path }),
+                Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
+                Err(error) => return Err(error),
+            }
+        }
+        Err(io::Error::from(io::ErrorKind::AlreadyExists))
+    }
+
+    /// The folder.
+    pub(crate) fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Writes the study file, as it was read.
+    pub(crate) fn write_study(&self, text: &str) -> Result<(), FilmError> {
+        self.write("study.ron", text)
+    }
+
+    /// Writes the picture of an experiment.
+    pub(crate) fn write_picture(
+        &self,
+        experiment: &Experiment,
+        image: &LinearImage,
+        png: &PngSettings,
+    ) -> Result<(), FilmError> {
+        let name = format!("{}.png", slug(&experiment.title()));
+        let folder = self.path.join("pictures");
+        fs::create_dir_all(&folder).map_err(|source| FilmError::Io { path: folder.clone(), source })?;
+        write_png(&folder.join(name), image, png)
+    }
+
+    /// Writes everything that was measured so far, and the report of it.
+    pub(crate) fn write_results(&self, results: &Results) -> Result<(), FilmError> {
+        let json = serde_json::to_string(results).expect("plain values have a text");
+        self.write("results.json", &(json + "\n"))?;
+        for (name, table) in tables(results) {
+            self.write(name, &table)?;
+        }
+        let charts = report::charts(results);
+        for chart in &charts {
+            self.write(&format!("charts/{}.svg", slug(&chart.name)), &chart.diagram.svg())?;
+        }
+        self.write("report.html", &report::html(results, &charts))
+    }
+
+    fn write(&self, name: &str, text: &str) -> Result<(), FilmError> {
+        let path = self.path.join(name);
+        let io_error = |source| FilmError::Io { path: path.clone(), source };
+        fs::create_dir_all(path.parent().unwrap_or(&self.path)).map_err(io_error)?;
+        write_atomically(&path, |file| file.write_all(text.as_bytes()).map_err(io_error))
+    }
+}
+
+/// A name as files bear it: small letters, digits and dashes.
+pub(crate) fn slug(name: &str) -> String {
+    let mut slug = String::new();
+    for letter in name.to_lowercase().chars() {
+        if letter.is_alphanumeric() {
+            slug.push(letter);
+        } else if !slug.ends_with('-') {
+            slug.push('-');
+        }
+    }
+    slug.trim_matches('-').to_owned()
+}
+
+/// The day in UTC, such as 2026-11-22.
+pub(crate) fn date() -> String {
+    let seconds = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |time| time.as_secs());
+    day(seconds / 86_400)
+}
+
+/// The civil date of a day counted from 1970-01-01.
+fn day(mut days: u64) -> String {
+    let leap = |year: u64| year.is_multiple_of(4) && (!year.is_multiple_of(100) || year.is_multiple_of(400));
+    let mut year = 1970;
+    while days >= 365 + u64::from(leap(year)) {
+        days -= 365 + u64::from(leap(year));
+        year += 1;
+    }
+    let mut month = 0;
+    let lengths = [31, 28 + u64::from(leap(year)), 31, 30, 31, 30, 31, 31, 30, 31, 30, 31];
+    while days >= lengths[month] {
+        days -= lengths[month];
+        month += 1;
+    }
+    format!("{year}-{:02}-{:02}", month + 1, days + 1)
+}
+
+/// The commit of the current folder, with `+` behind it where files differ from it.
+pub(crate) fn commit() -> Option<String> {
+    let git = |arguments: &[&str]| {
+        let output = Command::new("git").args(arguments).output().ok().filter(|output| output.status.success())?;
+        Some(String::from_utf8_lossy(&output.stdout).trim().to_owned())
+    };
+    let commit = git(&["rev-parse", "HEAD"])?;
+    let mark = if git(&["status", "--porcelain", "-uno"])?.is_empty() { "" } else { "+" };
+    Some(commit + mark)
+}
+
+/// Comma-separated tables; each begins with a row of names.
+fn tables(results: &Results) -> [(&'static str, String); 5] {
+    let experiments = || results.experiments.iter();
+    let policies =
+        || experiments().flat_map(|experiment| experiment.policies.iter().map(move |policy| (experiment, policy)));
+    let mut runs = Table::new("scene,parameters,policy,round,direction,seconds");
+    let mut rates =
+        Table::new("scene,parameters,policy,settings,mrays_per_second,speedup,low,high,verdict,queue_bytes");
+    let mut stages =
+        Table::new("scene,parameters,policy,depth,queue,stage,rays,calls,occupancy,seconds,bytes_read,bytes_written");
+    let mut queues = Table::new(
+        "scene,parameters,policy,depth,queue,rays,taken,octant_run,material_run,nodes,instances,primitives,lengths",
+    );
+    for (experiment, policy) in policies() {
+        let names = [&experiment.scene, &experiment.parameters, &policy.name].map(|name| quoted(name)).join(",");
+        for (round, [forward, back]) in policy.seconds.iter().enumerate() {
+            runs.row(&[&names, &round, &"forward", forward]);
+            runs.row(&[&names, &round, &"back", back]);
+        }
+        let (settings, rate) = (quoted(&policy.settings), optional(policy.rate));
+        rates.row(&[&names, &settings, &rate, &bounds(policy.speedup), &words(policy.verdict), &policy.queue_bytes]);
+        for row in &policy.stages {
+            let StageRow { depth, queue, stage, rays, calls, occupancy, seconds, read, written } = row;
+            stages.row(&[&names, depth, queue, stage, rays, calls, occupancy, seconds, read, written]);
+        }
+        for row in &policy.queues {
+            let lengths: Vec<String> = row.lengths.iter().map(u64::to_string).collect();
+            let QueueRow { depth, queue, rays, taken, octant_run, material_run, nodes, instances, primitives, .. } =
+                row;
+            let visits = format!("{nodes},{instances},{primitives}");
+            queues.row(&[&names, depth, queue, rays, taken, octant_run, material_run, &visits, &lengths.join(" ")]);
+        }
+    }
+    [
+        ("runs.csv", runs.0),
+        ("policies.csv", rates.0),
+        ("stages.csv", stages.0),
+        ("queues.csv", queues.0),
+        ("parameters.csv", parameters(results).0),
+    ]
+}
+
+fn parameters(results: &Results) -> Table {
+    let mut table = Table::new("scene,parameters,settings,efficiency,ratio,low,high,verdict,z");
+    for quality in &results.qualities {
+        for set in &quality.parameters {
+            let names = [&quality.scene, &set.name, &set.settings].map(|name| quoted(name)).join(",");
+            let (efficiency, z) = (optional(set.efficiency), optional(set.z));
+            table.row(&[&names, &efficiency, &bounds(set.ratio), &words(set.verdict), &z]);
+        }
+    }
+    table
+}
+
+/// A table that grows row by row.
+struct Table(String);
+
+impl Table {
+    fn new(names: &str) -> Table {
+        Table(format!("{names}\n"))
+    }
+
+    fn row(&mut self, cells: &[&dyn Display]) {
+        for (place, cell) in cells.iter().enumerate() {
+            let comma = if place > 0 { "," } else { "" };
+            write!(self.0, "{comma}{cell}").expect("a string takes all that is written");
+        }
+        self.0.push('\n');
+    }
+}
+
+fn optional(value: Option<f64>) -> String {
+    value.map_or(String::new(), |value| value.to_string())
+}
+
+/// Median, low and high: three cells.
+fn bounds(estimate: Option<Estimate>) -> String {
+    match estimate {
+        Some(Estimate { median, low, high }) => format!("{median},{low},{high}"),
+        None => ",,".to_owned(),
+    }
+}
+
+fn words(verdict: Option<Verdict>) -> &'static str {
+    verdict.map_or("", Verdict::words)
+}
+
+/// A cell that may hold commas.
+fn quoted(text: &str) -> String {
+    match text.contains([',', '"', '\n']) {
+        true => format!("\"{}\"", text.replace('"', "\"\"")),
+        false => text.to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// From a calendar.
+    #[test]
+    fn days_have_dates() {
+        for (days, expected) in [
+            (0, "1970-01-01"),
+            (59, "1970-03-01"),
+            (11_016, "2000-02-29"),
+            (20_778, "2026-11-21"),
+            (20_818, "2026-12-31"),
+        ] {
+            assert_eq!(day(days), expected, "{days}");
+        }
+    }
+
+    #[test]
+    fn names_become_names_of_files() {
+        for (name, expected) in [("Batch size", "batch-size"), ("a/../b: 50 %", "a-b-50"), ("Glas – grün", "glas-grün")]
+        {
+            assert_eq!(slug(name), expected);
+        }
+    }
+
+    #[test]
+    fn cells_with_commas_are_quoted() {
+        assert_eq!(quoted("a, \"b\""), "\"a, \"\"b\"\"\"");
+        assert_eq!(quoted("plain"), "plain");
+    }
+}

@@ -1,0 +1,17 @@
+//! Throughput studies: which way of scheduling is faster, measured fairly, with the evidence kept.
+//!
+//! [`run`] renders scenes by every policy in turn ([`measure`]) and checks every picture; [`statistics`] says what is more than noise;
+//! [`record`] is what is kept of it, [`files`] writes it down, and [`report`] draws it.
+
+mod files;
+mod machine;
+mod measure;
+mod record;
+mod report;
+mod run;
+mod statistics;
+
+pub(crate) use files::{Folder, commit, date, slug};
+pub(crate) use machine::Machine;
+pub(crate) use record::{Results, VERSION};
+pub(crate) use run::{Subject, Watch, experiment, load, quality, subjects};

@@ -1,0 +1,221 @@
+//! What a study found out, as files hold it. Fields may be added within a version; when one goes or gets another meaning,
+//! [`VERSION`] is raised.
+
+use brewster::import::study::Study;
+use serde::Serialize;
+use std::fmt::Write as _;
+
+use super::machine::Machine;
+use super::statistics::{Estimate, Verdict};
+
+/// The version of the format.
+pub(crate) const VERSION: u32 = 1;
+
+/// All of it.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct Results {
+    pub version: u32,
+    pub program: &'static str,
+    /// The study's name.
+    pub name: String,
+    /// What it is about, in the author's words.
+    pub text: String,
+    /// The day, in UTC.
+    pub date: String,
+    /// The commit of the folder that the study was run in, with a mark where files differ from it.
+    pub commit: Option<String>,
+    /// Rounds asked for.
+    pub rounds: u32,
+    /// Whether all rounds were run.
+    pub complete: bool,
+    pub machine: Machine,
+    /// One for every scene and set of parameters.
+    pub experiments: Vec<Experiment>,
+    /// Where there are several sets of parameters, one for every scene.
+    pub qualities: Vec<Quality>,
+}
+
+/// A scene rendered by every policy.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct Experiment {
+    pub scene: String,
+    /// The set of parameters; empty where there is one only.
+    pub parameters: String,
+    pub integrator: String,
+    pub resolution: [u32; 2],
+    pub samples: u32,
+    pub max_depth: u32,
+    /// Rays of every kind.
+    pub rays: u64,
+    /// A hash of the film's sums, which every run had.
+    pub picture: String,
+    /// Whole rounds that were run.
+    pub rounds: usize,
+    /// The baseline against itself.
+    pub control: Option<Estimate>,
+    /// Whether the control's interval holds 1.
+    pub trusted: bool,
+    /// The part of the time that looks at the clock take, for the baseline.
+    pub overhead: f64,
+    /// The baseline first.
+    pub policies: Vec<PolicyResult>,
+}
+
+/// What a policy did.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct PolicyResult {
+    pub name: String,
+    /// Its settings in words.
+    pub settings: String,
+    pub batch: usize,
+    /// Whether it differs from the baseline in its batch alone.
+    pub of_batches: bool,
+    /// The most bytes that one batch's queues took.
+    pub queue_bytes: usize,
+    /// Seconds of both runs of every round.
+    pub seconds: Vec<[f64; 2]>,
+    /// Rays of every kind a second, in millions, in the median run.
+    pub rate: Option<f64>,
+    /// How many times as fast as the baseline.
+    pub speedup: Option<Estimate>,
+    pub verdict: Option<Verdict>,
+    pub stages: Vec<StageRow>,
+    pub queues: Vec<QueueRow>,
+}
+
+/// What a stage did at a depth for the rays of a queue.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct StageRow {
+    pub depth: usize,
+    pub queue: &'static str,
+    pub stage: &'static str,
+    pub rays: u64,
+    /// How often it was called.
+    pub calls: u64,
+    /// The part of lanes that hold rays, of registers of sixteen lanes.
+    pub occupancy: f64,
+    /// Seconds over all threads, the mean of the runs.
+    pub seconds: f64,
+    /// Bytes of queues that it read.
+    pub read: u64,
+    /// Bytes of queues that it wrote.
+    pub written: u64,
+}
+
+/// What the rays of a queue looked like at a depth.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct QueueRow {
+    pub depth: usize,
+    pub queue: &'static str,
+    pub rays: u64,
+    /// How often the queue was traced.
+    pub taken: u64,
+    /// How often there were 1, 2 to 3, 4 to 7 rays, and so on.
+    pub lengths: Vec<u64>,
+    /// Mean length of runs in one octant of directions.
+    pub octant_run: f64,
+    /// Mean length of runs that met one material.
+    pub material_run: f64,
+    /// Nodes visited by a ray, each alone.
+    pub nodes: f64,
+    /// Instances.
+    pub instances: f64,
+    /// Shapes and triangles.
+    pub primitives: f64,
+}
+
+/// A scene with every set of parameters.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct Quality {
+    pub scene: String,
+    /// Whole rounds that were run; each took two pictures with seeds of its own.
+    pub rounds: usize,
+    /// The first set's efficiency against itself.
+    pub control: Option<Estimate>,
+    pub trusted: bool,
+    pub parameters: Vec<ParameterResult>,
+}
+
+/// What a set of parameters did.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct ParameterResult {
+    pub name: String,
+    pub settings: String,
+    /// Seconds of both runs of every round.
+    pub seconds: Vec<[f64; 2]>,
+    /// Variance of pixels, from the two pictures of every round.
+    pub variances: Vec<f64>,
+    /// 1 / (variance x seconds), in the median round.
+    pub efficiency: Option<f64>,
+    /// Efficiency over the first set's.
+    pub ratio: Option<Estimate>,
+    pub verdict: Option<Verdict>,
+    /// How far the pictures differ from the first set's, in standard errors.
+    pub z: Option<f64>,
+}
+
+impl Experiment {
+    /// The scene, with the parameters where there are several sets.
+    pub(crate) fn title(&self) -> String {
+        match self.parameters.as_str() {
+            "" => self.scene.clone(),
+            parameters => format!("{}, {parameters}", self.scene),
+        }
+    }
+}
+
+impl Results {
+    /// Whether every round was run that the study asks for.
+    pub(crate) fn is_whole(&self, study: &Study) -> bool {
+        let (scenes, sets) = (study.scenes.len(), study.parameters.len());
+        let mut rounds = self.experiments.iter().map(|experiment| experiment.rounds);
+        let mut others = self.qualities.iter().map(|quality| quality.rounds);
+        let rounds_asked = study.rounds as usize;
+        self.experiments.len() == scenes * sets
+            && self.qualities.len() == if sets > 1 { scenes } else { 0 }
+            && rounds.all(|rounds| rounds == rounds_asked)
+            && others.all(|rounds| rounds == rounds_asked)
+    }
+
+    /// What came out, as plain text.
+    pub(crate) fn summary(&self) -> String {
+        let mut text = String::new();
+        for experiment in &self.experiments {
+            let rate = experiment.policies.first().and_then(|policy| policy.rate).unwrap_or(0.0);
+            write!(text, "{}: baseline {rate:.2} Mrays/s", experiment.title()).expect(WRITES);
+            writeln!(text, "{}", control(experiment.control, experiment.trusted)).expect(WRITES);
+            for policy in experiment.policies.iter().skip(1) {
+                text += &line(&policy.name, policy.speedup, policy.verdict, "");
+            }
+        }
+        for quality in &self.qualities {
+            writeln!(text, "{}: efficiency{}", quality.scene, control(quality.control, quality.trusted)).expect(WRITES);
+            for set in quality.parameters.iter().skip(1) {
+                let z = set.z.map_or(String::new(), |z| format!(", pictures differ by z = {z:.1}"));
+                text += &line(&set.name, set.ratio, set.verdict, &z);
+            }
+        }
+        text
+    }
+}
+
+const WRITES: &str = "a string takes all that is written";
+
+fn control(control: Option<Estimate>, trusted: bool) -> String {
+    match control {
+        None => ", no whole round".to_owned(),
+        Some(Estimate { median, low, high }) => {
+            let remark = if trusted { "" } else { ": it leaves out 1, do not trust what follows" };
+            format!(", against itself {median:.3} ({low:.3} to {high:.3}){remark}")
+        }
+    }
+}
+
+fn line(name: &str, ratio: Option<Estimate>, verdict: Option<Verdict>, remark: &str) -> String {
+    match ratio.zip(verdict) {
+        None => format!("  {name:24} not measured{remark}\n"),
+        Some((Estimate { median, low, high }, verdict)) => {
+            format!("  {name:24} {median:.3} ({low:.3} to {high:.3}), {}{remark}\n", verdict.words())
+        }
+    }
+}

@@ -1,0 +1,286 @@
+//! The page itself.
+
+use super::super::machine::Machine;
+use super::super::record::{Experiment, PolicyResult, Quality, Results};
+use super::super::statistics::{Estimate, Verdict};
+use super::Chart;
+use super::charts::{GROUPS, by_stage, group};
+use crate::plot::escaped;
+
+/// The whole page.
+pub(crate) fn html(results: &Results, charts: &[Chart]) -> String {
+    let mut page = format!(
+        "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>{}</title>\n<style>\n{}</style>\n</head>\n<body>\n",
+        escaped(&results.name),
+        include_str!("style.css")
+    );
+    page += &format!("<h1>{}</h1>\n", escaped(&results.name));
+    for paragraph in results.text.split("\n\n").filter(|paragraph| !paragraph.trim().is_empty()) {
+        page += &format!("<p>{}</p>\n", escaped(paragraph.trim()));
+    }
+    if !results.complete {
+        page += "<p class=\"warn\">The study is not finished: what follows is of the whole rounds so far.</p>\n";
+    }
+    page += &facts(results);
+    for experiment in &results.experiments {
+        page += &experiment_section(experiment, charts, &results.machine);
+    }
+    for quality in &results.qualities {
+        page += &quality_section(quality, charts);
+    }
+    page += METHOD;
+    page += "</body>\n</html>\n";
+    page
+}
+
+const METHOD: &str = "<h2>How this was measured</h2>\n\
+    <p>In every round each policy renders twice, forward and backward (A B C C B A), so that what drifts weighs on all alike; a round's \
+    ratio is of the sums of both runs. Bars are medians of rounds with 95 % bootstrap intervals. The baseline runs a second time in every \
+    round, as a control: its interval must hold 1, and a difference is reported only where its own interval leaves out 1 and its median lies \
+    beyond the control's. Every picture of every run was compared with the baseline's, bit for bit, and every policy's counts with the \
+    baseline's counts. What a sort costs is in its policy's time.</p>\n\
+    <p>Counts, lengths of runs, occupancy and visits come from a counting run; times come from runs without those, which look at the clock \
+    twice for every call of a stage. Times of stages are means over all runs, those of the warm-up too. Bytes are those of whole rows of \
+    queues: what stages read of trees, materials and textures is not in them. Visits are those of a ray that goes alone; a packet looks at \
+    more. Hardware counters are not read: that takes a call of the system that needs unsafe code and, on most machines, a privilege.</p>\n";
+
+fn facts(results: &Results) -> String {
+    let machine = &results.machine;
+    let caches: Vec<String> =
+        machine.caches.iter().map(|cache| format!("L{} {} KiB", cache.level, cache.bytes >> 10)).collect();
+    let speed = machine.megahertz.map_or("not readable".to_owned(), |speed| format!("{speed:.0} MHz now"));
+    let memory = machine.bandwidth.last().map_or(0.0, |&(_, rate)| rate);
+    let unknown = || "unknown".to_owned();
+    let rows = [
+        ("date", format!("{}, {}", results.date, results.program)),
+        ("commit", results.commit.clone().unwrap_or_else(unknown)),
+        ("processor", machine.processor.clone().unwrap_or_else(unknown)),
+        ("threads at once", machine.threads.to_string()),
+        ("instruction set", machine.level.to_owned()),
+        ("speed", format!("{speed}; governor {}", machine.governor.clone().unwrap_or_else(unknown))),
+        ("data caches", if caches.is_empty() { unknown() } else { caches.join(", ") }),
+        ("memory, one thread", format!("{memory:.1} GB/s read")),
+        ("arithmetic, one thread", format!("{:.0} Gflop/s, not fused", machine.arithmetic)),
+        ("a look at the clock", format!("{:.0} ns", machine.clock)),
+        ("system", machine.system.clone().unwrap_or_else(unknown)),
+    ];
+    let rows = rows.iter().map(|(name, value)| format!("<dt>{name}</dt><dd>{}</dd>\n", escaped(value)));
+    format!("<dl>\n{}</dl>\n", rows.collect::<String>())
+}
+
+/// The chart of that section and name, if there is one.
+fn figure(charts: &[Chart], section: &str, name: &str) -> String {
+    let wanted = format!("{section} {name}");
+    charts.iter().find(|chart| chart.section == section && chart.name == wanted).map_or(String::new(), |chart| {
+        let (svg, caption) = (chart.diagram.inline_svg(&wanted), escaped(&chart.caption));
+        format!("<figure><div class=\"chart\">\n{svg}</div><figcaption>{caption}</figcaption></figure>\n")
+    })
+}
+
+/// A table that scrolls where it is too wide.
+fn table(names: &[&str], rows: impl Iterator<Item = Vec<String>>) -> String {
+    let names: String = names.iter().map(|name| format!("<th>{name}</th>")).collect();
+    let rows: String = rows
+        .map(|cells| format!("<tr>{}</tr>\n", cells.iter().map(|cell| format!("<td>{cell}</td>")).collect::<String>()))
+        .collect();
+    format!("<div class=\"table\"><table>\n<thead><tr>{names}</tr></thead>\n<tbody>\n{rows}</tbody>\n</table></div>\n")
+}
+
+fn estimate(estimate: Option<Estimate>) -> [String; 2] {
+    match estimate {
+        Some(Estimate { median, low, high }) => [format!("{median:.3}"), format!("{low:.3} – {high:.3}")],
+        None => ["1".to_owned(), "baseline".to_owned()],
+    }
+}
+
+fn verdict(verdict: Option<Verdict>) -> String {
+    let class = match verdict {
+        Some(Verdict::Better) => "better",
+        Some(Verdict::Worse) => "worse",
+        Some(Verdict::NoDifference) | None => "faint",
+    };
+    format!("<span class=\"{class}\">{}</span>", verdict.map_or("", Verdict::words))
+}
+
+/// A cell of words, which may take several lines.
+fn words(text: &str) -> String {
+    format!("<div class=\"words\">{}</div>", escaped(text))
+}
+
+fn control(control: Option<Estimate>, trusted: bool) -> String {
+    match control {
+        None => "<p class=\"warn\">No whole round was run.</p>\n".to_owned(),
+        Some(Estimate { median, low, high }) => {
+            let (class, remark) = match trusted {
+                true => ("faint", ""),
+                false => ("warn", ": it leaves out 1, so the comparison is not to be trusted"),
+            };
+            format!(
+                "<p class=\"{class}\">Against itself the baseline shows {median:.3} ({low:.3} – {high:.3}){remark}.</p>\n"
+            )
+        }
+    }
+}
+
+fn experiment_section(experiment: &Experiment, charts: &[Chart], machine: &Machine) -> String {
+    let title = experiment.title();
+    let [width, height] = experiment.resolution;
+    let mut section = format!("<h2>{}</h2>\n", escaped(&title));
+    section += &format!(
+        "<p class=\"faint\">{}, {width} x {height}, {} samples, depth {}, {:.2} million rays, {} rounds. Picture {}. Looks at the clock take \
+         {:.2} % of the baseline's time.</p>\n",
+        experiment.integrator,
+        experiment.samples,
+        experiment.max_depth,
+        experiment.rays as f64 * 1e-6,
+        experiment.rounds,
+        experiment.picture,
+        100.0 * experiment.overhead
+    );
+    section += &control(experiment.control, experiment.trusted);
+    section += "<h3>Policies</h3>\n";
+    section += &figure(charts, &title, "policies");
+    let names = ["policy", "Mrays/s", "times as fast", "95 % interval", "", "queues, KiB", "settings"];
+    section += &table(
+        &names,
+        experiment.policies.iter().map(|policy| {
+            let [median, interval] = estimate(policy.speedup);
+            let rate = policy.rate.map_or("–".to_owned(), |rate| format!("{rate:.3}"));
+            let kibibytes = (policy.queue_bytes >> 10).to_string();
+            vec![
+                escaped(&policy.name),
+                rate,
+                median,
+                interval,
+                verdict(policy.verdict),
+                kibibytes,
+                words(&policy.settings),
+            ]
+        }),
+    );
+    let batches = figure(charts, &title, "batches");
+    if !batches.is_empty() {
+        section += &format!("<h3>Batches</h3>\n{batches}");
+    }
+    if let Some(baseline) = experiment.policies.first() {
+        section += &baseline_section(baseline, charts, &title, machine);
+    }
+    section
+}
+
+fn baseline_section(baseline: &PolicyResult, charts: &[Chart], title: &str, machine: &Machine) -> String {
+    let mut section = "<h3>Where the baseline's time goes</h3>\n".to_owned();
+    section += &figure(charts, title, "time per bounce");
+    let bounces = baseline.stages.iter().map(|row| row.depth + 1).max().unwrap_or(0);
+    let names: Vec<&str> = ["bounce"].into_iter().chain(GROUPS.map(|(name, _, _)| name)).chain(["all, ms"]).collect();
+    section += &table(
+        &names,
+        (0..bounces).map(|depth| {
+            let mut times = [0.0; GROUPS.len()];
+            baseline
+                .stages
+                .iter()
+                .filter(|row| row.depth == depth)
+                .for_each(|row| times[group(row.stage)] += 1e3 * row.seconds);
+            let all: f64 = times.iter().sum();
+            let times = times.iter().map(|time| if *time > 0.0 { format!("{time:.2}") } else { "–".to_owned() });
+            std::iter::once(depth.to_string()).chain(times).chain([format!("{all:.2}")]).collect()
+        }),
+    );
+    section += "<h3>Queues</h3>\n";
+    section += &figure(charts, title, "queues");
+    let names = [
+        "bounce",
+        "queue",
+        "rays",
+        "times traced",
+        "mean length",
+        "octant runs",
+        "material runs",
+        "nodes a ray",
+        "instances",
+        "primitives",
+    ];
+    section += &table(
+        &names,
+        baseline.queues.iter().map(|row| {
+            let numbers = [
+                row.rays as f64 / row.taken.max(1) as f64,
+                row.octant_run,
+                row.material_run,
+                row.nodes,
+                row.instances,
+                row.primitives,
+            ];
+            let numbers = numbers.map(|number| format!("{number:.1}"));
+            let counts = [row.rays.to_string(), row.taken.to_string()];
+            [row.depth.to_string(), row.queue.to_owned()].into_iter().chain(counts).chain(numbers).collect()
+        }),
+    );
+    section += "<h3>Stages and memory</h3>\n";
+    section += &figure(charts, title, "roofline");
+    section += &stage_table(baseline, machine);
+    section
+}
+
+fn stage_table(baseline: &PolicyResult, machine: &Machine) -> String {
+    let sums = by_stage(&baseline.stages);
+    let all: f64 = sums.iter().map(|sum| sum.seconds).sum();
+    let names = [
+        "stage",
+        "rays",
+        "ns a ray",
+        "% of time",
+        "bytes a ray",
+        "GB/s",
+        "% of memory's",
+        "flop that fit a ray",
+        "lanes filled, %",
+    ];
+    let memory = machine.bandwidth.last().map_or(f64::INFINITY, |&(_, rate)| rate);
+    let rows = sums.iter().filter(|sum| sum.seconds > 0.0).map(|sum| {
+        let (nanoseconds, rate) = (1e9 * sum.seconds / sum.rays, 1e-9 * sum.bytes / sum.seconds);
+        vec![
+            sum.name.to_owned(),
+            format!("{:.0}", sum.rays),
+            format!("{nanoseconds:.1}"),
+            format!("{:.1}", 100.0 * sum.seconds / all),
+            format!("{:.0}", sum.bytes / sum.rays),
+            format!("{rate:.2}"),
+            format!("{:.0}", 100.0 * rate / memory),
+            format!("{:.0}", nanoseconds * machine.arithmetic),
+            format!("{:.1}", 100.0 * sum.rays / sum.lanes.max(1.0)),
+        ]
+    });
+    table(&names, rows)
+}
+
+fn quality_section(quality: &Quality, charts: &[Chart]) -> String {
+    let mut section = format!("<h2>{}: noise after equal time</h2>\n", escaped(&quality.scene));
+    section += &format!(
+        "<p class=\"faint\">{} rounds, two pictures with seeds of their own in each. Efficiency is 1/(variance x seconds). z says how far \
+         the pictures differ beyond their noise, in standard errors: beyond 3 they show different things.</p>\n",
+        quality.rounds
+    );
+    section += &control(quality.control, quality.trusted);
+    section += &figure(charts, &quality.scene, "efficiency");
+    let names = ["parameters", "seconds", "variance", "times as efficient", "95 % interval", "", "z", "settings"];
+    section += &table(
+        &names,
+        quality.parameters.iter().map(|set| {
+            let [median, interval] = estimate(set.ratio);
+            let mean = |values: &mut dyn ExactSizeIterator<Item = f64>| {
+                let count = values.len() as f64;
+                values.sum::<f64>() / count
+            };
+            let seconds = mean(&mut set.seconds.iter().map(|[a, b]| 0.5 * (a + b)));
+            let variance = mean(&mut set.variances.iter().copied());
+            let z = set.z.map_or("–".to_owned(), |z| format!("{z:.1}"));
+            let numbers =
+                [format!("{seconds:.3}"), format!("{variance:.3e}"), median, interval, verdict(set.verdict), z];
+            std::iter::once(escaped(&set.name)).chain(numbers).chain([words(&set.settings)]).collect()
+        }),
+    );
+    section
+}

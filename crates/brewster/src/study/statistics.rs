@@ -1,0 +1,220 @@
+//! Medians, bootstrap intervals and a test of whether two pictures show the same.
+
+/// The middle value; the mean of the two middle ones of an even number. `None` of no value.
+pub(crate) fn median(values: &[f64]) -> Option<f64> {
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let middle = sorted.len() / 2;
+    match sorted.len() {
+        0 => None,
+        len if len % 2 == 1 => Some(sorted[middle]),
+        _ => Some(0.5 * (sorted[middle - 1] + sorted[middle])),
+    }
+}
+
+/// An estimate between two bounds.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub(crate) struct Estimate {
+    /// The median of the rounds.
+    pub median: f64,
+    /// The lower end of the interval.
+    pub low: f64,
+    /// The upper end.
+    pub high: f64,
+}
+
+/// Resamples of a bootstrap.
+const RESAMPLES: usize = 4000;
+
+/// The share of resamples that an interval leaves out on either side.
+const TAIL: f64 = 0.025;
+
+impl Estimate {
+    /// The median of values with its 95 % bootstrap interval by percentiles. The same values always give the same interval.
+    pub(crate) fn of(values: &[f64]) -> Option<Estimate> {
+        let middle = median(values)?;
+        let mut random = Random(0x9e37_79b9_7f4a_7c15);
+        let mut resample = vec![0.0; values.len()];
+        let mut medians: Vec<f64> = (0..RESAMPLES)
+            .map(|_| {
+                resample.fill_with(|| values[random.below(values.len())]);
+                median(&resample).unwrap_or(middle)
+            })
+            .collect();
+        medians.sort_by(f64::total_cmp);
+        let out = (TAIL * RESAMPLES as f64) as usize;
+        Some(Estimate { median: middle, low: medians[out], high: medians[RESAMPLES - 1 - out] })
+    }
+
+    /// Whether a value lies between the bounds.
+    pub(crate) fn contains(&self, value: f64) -> bool {
+        (self.low..=self.high).contains(&value)
+    }
+}
+
+/// What a comparison shows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum Verdict {
+    /// More of what is good than the baseline.
+    Better,
+    /// Less of it.
+    Worse,
+    /// Nothing that the noise does not explain.
+    NoDifference,
+}
+
+impl Verdict {
+    /// Of a ratio to the baseline, beside that of the baseline to itself: a difference counts when the interval leaves out 1 and the
+    /// median lies beyond what the control's interval reaches on either side.
+    pub(crate) fn of(ratio: &Estimate, control: &Estimate) -> Verdict {
+        let noise = (control.high.max(1.0 / control.low)).ln();
+        if ratio.contains(1.0) || ratio.median.ln().abs() <= noise {
+            Verdict::NoDifference
+        } else if ratio.median > 1.0 {
+            Verdict::Better
+        } else {
+            Verdict::Worse
+        }
+    }
+
+    /// In words, of speed.
+    pub(crate) fn words(self) -> &'static str {
+        match self {
+            Verdict::Better => "better",
+            Verdict::Worse => "worse",
+            Verdict::NoDifference => "no difference seen",
+        }
+    }
+}
+
+/// How far two groups of pictures differ beyond their own scatter: in standard errors, of the mean square of Welch's t over blocks.
+///
+/// With n pictures each, a block's t follows about Student's distribution with 2n - 2 degrees of freedom where both show the same; its
+/// square has the mean ν/(ν-2) and the variance 2ν²(ν-1)/((ν-2)²(ν-4)), the F distribution's. `None` where ν is 4 or less, or nothing
+/// scatters.
+pub(crate) fn block_z(a: &[Vec<f64>], b: &[Vec<f64>]) -> Option<f64> {
+    let freedom = (a.len() + b.len()) as f64 - 2.0;
+    let blocks = a.first()?.len();
+    if freedom <= 4.0 || a.len() < 2 || b.len() < 2 {
+        return None;
+    }
+    let moments = |group: &[Vec<f64>], block: usize| {
+        let count = group.len() as f64;
+        let mean = group.iter().map(|picture| picture[block]).sum::<f64>() / count;
+        let squares: f64 = group.iter().map(|picture| (picture[block] - mean).powi(2)).sum();
+        (mean, squares / (count - 1.0) / count)
+    };
+    let squares = (0..blocks).filter_map(|block| {
+        let ((a, a_error), (b, b_error)) = (moments(a, block), moments(b, block));
+        let variance = a_error + b_error;
+        (variance > 0.0).then(|| (a - b).powi(2) / variance)
+    });
+    let squares: Vec<f64> = squares.collect();
+    if squares.is_empty() {
+        return None;
+    }
+    let mean = squares.iter().sum::<f64>() / squares.len() as f64;
+    let expected = freedom / (freedom - 2.0);
+    let variance = 2.0 * expected * expected * (freedom - 1.0) / (freedom - 4.0);
+    Some((mean - expected) / (variance / squares.len() as f64).sqrt())
+}
+
+/// SplitMix64 (Steele, Lea and Flood 2014).
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+
+    /// A number below `bound`, evenly distributed but for a part in 2^32.
+    fn below(&mut self, bound: usize) -> usize {
+        (((self.next() >> 32) * bound as u64) >> 32) as usize
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The first outputs of the generator with seed 1234567, as published with its reference implementation.
+    #[test]
+    fn random_numbers_are_the_published_ones() {
+        let mut random = Random(1_234_567);
+        let found = [random.next(), random.next(), random.next()];
+        assert_eq!(found, [6_457_827_717_110_365_317, 3_203_168_211_198_807_973, 9_817_491_932_198_370_423]);
+    }
+
+    #[test]
+    fn medians_stand_in_the_middle() {
+        for (values, expected) in
+            [(&[][..], None), (&[3.0], Some(3.0)), (&[9.0, 1.0, 2.0], Some(2.0)), (&[4.0, 1.0, 2.0, 9.0], Some(3.0))]
+        {
+            assert_eq!(median(values), expected);
+        }
+    }
+
+    /// In closed form: the median of three draws from 1, 2, 3 is 1 with probability 7/27, so that a 95 % interval is all of them; of
+    /// 99 values 1 to 99 it is about normal with the error 1/(2 f √n), f = 1/99.
+    #[test]
+    fn intervals_are_those_of_closed_forms() {
+        let whole = Estimate { median: 2.0, low: 1.0, high: 3.0 };
+        assert_eq!(Estimate::of(&[3.0, 1.0, 2.0]), Some(whole));
+        let values: Vec<f64> = (1..=99).map(f64::from).collect();
+        let found = Estimate::of(&values).expect("there are values");
+        let half = 1.96 * 99.0 / (2.0 * 99f64.sqrt());
+        assert_eq!(found.median, 50.0);
+        for (bound, expected) in [(found.low, 50.0 - half), (found.high, 50.0 + half)] {
+            assert!((bound - expected).abs() < 1.5, "{found:?}, not {expected}");
+        }
+        assert_eq!(Estimate::of(&values), Some(found), "it is the same every time");
+        assert_eq!(Estimate::of(&[5.0; 7]), Some(Estimate { median: 5.0, low: 5.0, high: 5.0 }));
+        assert_eq!(Estimate::of(&[]), None);
+    }
+
+    /// Of many intervals over normal numbers, 95 % should hold the truth; percentile intervals of medians of 9 hold it somewhat
+    /// less often than that and much more often than 85 %.
+    #[test]
+    fn intervals_hold_the_truth_as_often_as_they_should() {
+        let mut random = Random(5);
+        let mut uniform = || (random.next() >> 11) as f64 / (1u64 << 53) as f64;
+        let mut held = 0;
+        for _ in 0..200 {
+            let values: Vec<f64> = (0..9).map(|_| (0..12).map(|_| uniform()).sum::<f64>() - 6.0).collect();
+            held += usize::from(Estimate::of(&values).expect("there are values").contains(0.0));
+        }
+        assert!((176..=199).contains(&held), "{held} of 200");
+    }
+
+    #[test]
+    fn differences_must_stand_out_of_the_noise() {
+        let of = |low, median, high| Estimate { median, low, high };
+        let control = of(0.98, 1.0, 1.02);
+        for (ratio, expected) in [
+            (of(1.05, 1.1, 1.2), Verdict::Better),
+            (of(0.8, 0.9, 0.95), Verdict::Worse),
+            (of(0.97, 1.1, 1.2), Verdict::NoDifference),
+            (of(1.005, 1.01, 1.02), Verdict::NoDifference),
+        ] {
+            assert_eq!(Verdict::of(&ratio, &control), expected, "{ratio:?}");
+        }
+    }
+
+    /// Two groups of the same distribution differ by noise, a shift of two standard errors in every block does not.
+    #[test]
+    fn pictures_of_one_scene_agree() {
+        let mut random = Random(7);
+        let mut normal = || (0..12).map(|_| (random.next() >> 11) as f64 / (1u64 << 53) as f64).sum::<f64>() - 6.0;
+        let mut group =
+            |shift: f64| (0..10).map(|_| (0..400).map(|_| normal() + shift).collect()).collect::<Vec<Vec<f64>>>();
+        let (a, b, c) = (group(0.0), group(0.0), group(0.9));
+        assert!(block_z(&a, &b).expect("enough pictures").abs() < 3.0);
+        assert!(block_z(&a, &c).expect("enough pictures") > 10.0);
+        assert_eq!(block_z(&a[..2], &b[..2]), None);
+    }
+}
