@@ -1,7 +1,7 @@
 //! Scenes to files: the text of a scene in RON beside the meshes and pictures that it needs.
 //!
-//! Numbers are written so that they are read back to the bit; only angles, of which some have no degrees in f32, and cameras, whose format has a point to look at in the place of a
-//! matrix, may turn in the last digit. What RON has no words for is listed.
+//! Numbers are written so that they are read back to the bit; only angles, of which some have no degrees in f32, and cameras, whose
+//! format has a point to look at in the place of a matrix, may turn in the last digit. What RON has no words for is listed.
 
 mod materials;
 mod numbers;
