@@ -19,8 +19,10 @@ pub(crate) struct Folder {
 }
 
 impl Folder {
-    /// Makes the folder DATE-NAME in another one; with a number behind it if there is one already.
+    /// Makes the folder DATE-NAME in another one, which is made, too, if it is not there; with a number behind it if there is one
+    /// already.
     pub(crate) fn create(parent: &Path, date: &str, name: &str) -> io::Result<Folder> {
+        fs::create_dir_all(parent)?;
         let stem = format!("{date}-{}", slug(name));
         let names = (1..1000).map(|number| if number == 1 { stem.clone() } else { format!("{stem}-{number}") });
         for name in names {
@@ -237,6 +239,17 @@ mod tests {
         ] {
             assert_eq!(day(days), expected, "{days}");
         }
+    }
+
+    #[test]
+    fn folders_are_made_in_one_another_and_never_twice() {
+        let desk = tempfile::tempdir().expect("a folder");
+        let parent = desk.path().join("kept/runs");
+        let [first, second] =
+            [(); 2].map(|()| Folder::create(&parent, "2026-11-22", "Two orders").expect("a folder").path);
+        assert_eq!(first, parent.join("2026-11-22-two-orders"));
+        assert_eq!(second, parent.join("2026-11-22-two-orders-2"));
+        assert!(first.is_dir() && second.is_dir());
     }
 
     #[test]
