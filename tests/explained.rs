@@ -1,6 +1,8 @@
 //! What is told of a pixel is what happened: the light of all contributions is the pixel's to the last unit, and a boundary's
 //! numbers are those by which its rays were weighed.
 
+use std::collections::BTreeMap;
+
 use brewster_buffers::{MaterialKind, SceneBuffers};
 use brewster_film::Light;
 use brewster_wavefront::explain::{ExplainError, Explainer, Met, SampleTree};
@@ -91,6 +93,42 @@ fn rays_weigh_what_is_told_of_their_boundary() {
         }
     }
     assert!(splits > 100, "{splits} rays were sent on");
+}
+
+/// Coats and principled glass tell R_s and R_p of their boundaries; the angle form of the Fresnel equations says what these are.
+#[test]
+fn layers_are_told_with_their_fresnel_values() {
+    let scene = load("principled");
+    let mut explainer = Explainer::new(&scene, 0).expect("the scene can be rendered");
+    let [width, height] = scene.settings.resolution.to_array();
+    let mut seen = BTreeMap::new();
+    for pixel in (0..width * height).step_by(3).map(|n| [n % width, n / width]) {
+        let tree = explainer.sample(pixel, 0).expect("the picture has the pixel");
+        for ray in &tree.rays {
+            let Met::Surface(surface) = &ray.met else { continue };
+            for (name, fresnel) in &surface.layers {
+                *seen.entry(*name).or_insert(0) += 1;
+                let (Some(s), Some(p), Some(eta_t)) = (fresnel.r_s, fresnel.r_p, fresnel.eta_t) else {
+                    panic!("{name}")
+                };
+                // A clearcoat and a metal below a coat are met at angles of their own.
+                if matches!(*name, "clearcoat" | "metal below") || fresnel.is_total || surface.cosine > 0.999 {
+                    continue;
+                }
+                let incidence = f64::from(surface.cosine).acos();
+                let refraction = (incidence.sin() * f64::from(fresnel.eta_i / eta_t.x)).asin();
+                let [difference, sum] = [incidence - refraction, incidence + refraction];
+                let expected = [difference.sin() / sum.sin(), difference.tan() / sum.tan()].map(|root| root * root);
+                for (found, expected) in [f64::from(s.x), f64::from(p.x)].into_iter().zip(expected) {
+                    assert!((found - expected).abs() < 2e-4, "{name} at {}: {found}, not {expected}", surface.cosine);
+                }
+            }
+        }
+    }
+    assert!(
+        ["clearcoat", "transmission", "coat", "metal below"].iter().all(|name| seen.contains_key(name)),
+        "{seen:?}"
+    );
 }
 
 #[test]

@@ -9,8 +9,12 @@ use std::time::Instant;
 use brewster_buffers::{MaterialKind, SceneBuffers};
 use brewster_film::{Film, FilmError, Light, PixelOrder, Window};
 use brewster_geometry::{Hit, Ray, RayByRay, RayMemory, surface};
+use brewster_optics::basis::Basis;
 use brewster_optics::dispersion::PathWavelength;
-use brewster_optics::fresnel::FresnelModel;
+use brewster_optics::fresnel::{FresnelModel, Reflectance, dielectric_cosine_form};
+use brewster_optics::microfacet::{Ggx, RoughDielectric};
+use brewster_optics::principled::{CLEARCOAT_IOR, Principled};
+use brewster_optics::refraction;
 use glam::Vec3;
 
 use crate::attribution::{Attribution, Journal};
@@ -20,11 +24,11 @@ use crate::integrator::{begin, end, step};
 use crate::media::Medium;
 use crate::policy::Policy;
 use crate::queues::{
-    Contribution, ContributionQueue, End, OnDielectric, OnMetal, OnPrincipled, PathRay, PathRayColumns, RaySource,
-    ShadowQueue, ShadowRay,
+    Contribution, ContributionQueue, End, OnCoated, OnDielectric, OnMetal, OnPrincipled, PathRay, PathRayColumns,
+    RaySource, ShadowQueue, ShadowRay, SurfaceHit,
 };
 use crate::render::{Unsupported, check_integrator};
-use crate::stages::scatter::{Scatter, sides};
+use crate::stages::scatter::{Conductor, Scatter, sides};
 use crate::stages::shade::facing_normals;
 use crate::stages::{Arrival, ShadowScratch, arrive, settle, shadow};
 use crate::stats::{Counts, Recorder};
@@ -122,6 +126,9 @@ pub struct Surface {
     /// How a smooth surface of this kind splits light there; of rough ones for the mean plane. Nothing for surfaces that are no single
     /// boundary.
     pub fresnel: Option<Fresnel>,
+    /// The same of each boundary, by its name, of surfaces that are several or other things beside: those of principled and coated
+    /// materials, the outermost first.
+    pub layers: Vec<(&'static str, Fresnel)>,
 }
 
 /// How a boundary splits light.
@@ -147,6 +154,28 @@ pub struct Fresnel {
     pub f_t: Vec3,
     /// Whether everything is reflected because there is no angle of refraction.
     pub is_total: bool,
+}
+
+impl Fresnel {
+    /// A boundary between two dielectrics that reflects `f_r`, by whatever model.
+    pub(crate) fn of_boundary(model: FresnelModel, boundary: RoughDielectric, cos_i: f32, f_r: Vec3) -> Fresnel {
+        let RoughDielectric { facets, eta_i, eta_t } = boundary;
+        let cos_t = refraction::cos_t(cos_i, eta_i, eta_t);
+        let exact = cos_t.map(|cos_t| dielectric_cosine_form(cos_i, cos_t, eta_i, eta_t));
+        let Reflectance { s, p } = exact.unwrap_or(Reflectance { s: 1.0, p: 1.0 });
+        Fresnel {
+            model,
+            alpha: if facets.is_smooth() { 0.0 } else { facets.alphas()[0] },
+            eta_i,
+            eta_t: Some(Vec3::splat(eta_t)),
+            k: None,
+            r_s: Some(Vec3::splat(s)),
+            r_p: Some(Vec3::splat(p)),
+            f_r,
+            f_t: 1.0 - f_r,
+            is_total: cos_t.is_none(),
+        }
+    }
 }
 
 /// What became of reflections and transmissions that were not sent on.
@@ -390,6 +419,7 @@ fn met(context: &Context<'_>, batch: &mut Batch, (ray, hit): (&PathRay, &Hit), d
     let cosine = (-direction.dot(normal)).clamp(0.0, 1.0);
     let dielectrics = context.scene.materials.dielectric.view();
     let filled = |medium: Medium| Filled { medium, ior: medium.ior_at(ray.wavelength, &dielectrics) };
+    let mut layers = Vec::new();
     let (media, fresnel) = match kind {
         MaterialKind::Dielectric => {
             let sides = sides::<OnDielectric>(context, ray, &hit, normal, stacks);
@@ -403,11 +433,47 @@ fn met(context: &Context<'_>, batch: &mut Batch, (ray, hit): (&PathRay, &Hit), d
         }
         MaterialKind::Principled => {
             let sides = sides::<OnPrincipled>(context, ray, &hit, normal, stacks);
+            let view = Basis::around(normal).to_local(-direction);
+            layers = principled_layers(&OnPrincipled::surface(context, &hit, &sides), view, cosine);
             (Some(sides.media.map(|media| filled(stacks.filling(media)))), None)
+        }
+        MaterialKind::Coated => {
+            let eta_i =
+                sides::<OnCoated>(context, ray, &hit, normal, stacks).filling[0].ior_at(ray.wavelength, &dielectrics);
+            layers = coated_layers(context, &hit, eta_i, cosine);
+            (None, None)
         }
         _ => (None, None),
     };
-    Met::Surface(Surface { instance: hit.instance, kind, position: hit.point.position, cosine, media, fresnel })
+    Met::Surface(Surface { instance: hit.instance, kind, position: hit.point.position, cosine, media, fresnel, layers })
+}
+
+/// The clearcoat of a principled surface, and the boundary that light comes through. The clearcoat's index is against vacuum,
+/// as glTF has it; `F_r` has its weight, and its cosine is that to its own normal.
+fn principled_layers(surface: &Principled, view: Vec3, cosine: f32) -> Vec<(&'static str, Fresnel)> {
+    let coat = surface.clearcoat(view).map(|(facets, cosine, reflected)| {
+        let boundary = RoughDielectric { facets, eta_i: 1.0, eta_t: CLEARCOAT_IOR };
+        ("clearcoat", Fresnel::of_boundary(FresnelModel::Schlick, boundary, cosine, Vec3::splat(reflected)))
+    });
+    let glass = surface.boundary(cosine).map(|(boundary, reflected)| {
+        ("transmission", Fresnel::of_boundary(FresnelModel::Exact, boundary, cosine, reflected))
+    });
+    coat.into_iter().chain(glass).collect()
+}
+
+/// A coat, and the metal below it as it is seen from within.
+fn coated_layers(context: &Context<'_>, hit: &SurfaceHit, eta_i: f32, cosine: f32) -> Vec<(&'static str, Fresnel)> {
+    let coated = context.scene.materials.coated.get(hit.material as usize);
+    // A coat is no thinner than what lies above it.
+    let eta_t = coated.ior.max(eta_i);
+    let boundary = RoughDielectric { facets: Ggx::isotropic(coated.alpha), eta_i, eta_t };
+    let reflected = FresnelModel::Exact.dielectric(cosine, eta_i, eta_t).reflectance;
+    let coat = Fresnel::of_boundary(FresnelModel::Exact, boundary, cosine, Vec3::splat(reflected));
+    let metal = (coated.base == MaterialKind::Metal).then(|| {
+        let below = refraction::cos_t(cosine, eta_i, eta_t).unwrap_or(0.0);
+        ("metal below", Conductor::new(context, coated.base_row as usize, hit, coated.ior).fresnel_at(below))
+    });
+    [("coat", coat)].into_iter().chain(metal).collect()
 }
 
 /// Sends a shadow ray once more, by itself, and tells what it was sent to.

@@ -179,6 +179,7 @@ impl NamedRay {
             lines.extend(
                 surface.fresnel.iter().flat_map(|fresnel| fresnel.lines()).filter(|line| !line.starts_with('η')),
             );
+            lines.extend(surface.layers.iter().flat_map(|layer| layer.lines()).filter(|line| !line.contains(": η")));
         }
         if self.met == "no boundary" {
             lines.push("no boundary there".to_owned());

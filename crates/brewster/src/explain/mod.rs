@@ -15,7 +15,7 @@ use serde::Serialize;
 use crate::stats::hash_text;
 use crate::{PROGRAM, Session, SessionError};
 
-pub use named::{NamedFresnel, NamedLight, NamedMedium, NamedRay, NamedSurface};
+pub use named::{NamedFresnel, NamedLayer, NamedLight, NamedMedium, NamedRay, NamedSurface};
 
 /// The version of the format.
 pub const EXPLANATION_VERSION: u32 = 1;

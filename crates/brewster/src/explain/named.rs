@@ -73,6 +73,17 @@ pub struct NamedSurface {
     pub media: Option<[NamedMedium; 2]>,
     /// How a smooth boundary splits light there.
     pub fresnel: Option<NamedFresnel>,
+    /// The same of the boundaries that a principled or coated surface has, the outermost first.
+    pub layers: Vec<NamedLayer>,
+}
+
+/// One of several boundaries.
+#[derive(Clone, Debug, Serialize)]
+pub struct NamedLayer {
+    /// `clearcoat`, `transmission`, `coat` or `metal below`.
+    pub name: &'static str,
+    /// How it splits light.
+    pub fresnel: NamedFresnel,
 }
 
 /// How a boundary splits light, by channel.
@@ -137,6 +148,7 @@ impl NamedRay {
                     cosine: None,
                     media: None,
                     fresnel: None,
+                    layers: Vec::new(),
                 };
                 ("no boundary", Some(surface))
             }
@@ -198,7 +210,7 @@ fn found_light(found: &Found, surface: Option<&NamedSurface>) -> NamedLight {
 
 impl NamedSurface {
     fn new(session: &Session, surface: &Surface) -> NamedSurface {
-        let Surface { instance, kind, position, cosine, media, fresnel } = surface;
+        let Surface { instance, kind, position, cosine, media, fresnel, layers } = surface;
         NamedSurface {
             entity: entity_name(session, *instance),
             material: material_name(session, *instance),
@@ -207,6 +219,10 @@ impl NamedSurface {
             cosine: Some(*cosine),
             media: media.as_ref().map(|media| media.each_ref().map(|filled| NamedMedium::new(session, filled))),
             fresnel: fresnel.as_ref().map(NamedFresnel::new),
+            layers: layers
+                .iter()
+                .map(|(name, fresnel)| NamedLayer { name, fresnel: NamedFresnel::new(fresnel) })
+                .collect(),
         }
     }
 }

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use super::{Explanation, channels, clipped, short};
-use crate::explain::{ExplainedSample, NamedFresnel, NamedLight, NamedRay, NamedSurface};
+use crate::explain::{ExplainedSample, NamedFresnel, NamedLayer, NamedLight, NamedRay, NamedSurface};
 
 /// Levels beyond which a tree is not moved further to the right.
 const MOST_LEVELS: usize = 20;
@@ -141,7 +141,14 @@ impl NamedSurface {
             lines.push(format!("from {} {from} to {} {to}", name(&front.name), name(&behind.name)));
         }
         lines.extend(self.fresnel.iter().flat_map(NamedFresnel::lines));
+        lines.extend(self.layers.iter().flat_map(NamedLayer::lines));
         lines
+    }
+}
+
+impl NamedLayer {
+    pub(super) fn lines(&self) -> impl Iterator<Item = String> {
+        self.fresnel.lines().into_iter().map(|line| format!("{}: {line}", self.name))
     }
 }
 

@@ -45,7 +45,10 @@ use crate::sheen;
 use crate::thin_film::Film;
 use crate::warp;
 
-/// The reflectance of the clearcoat along the normal, that of an index of 1.5.
+/// The clearcoat's index.
+pub const CLEARCOAT_IOR: f32 = 1.5;
+
+/// The reflectance of the clearcoat along the normal, that of its index.
 const CLEARCOAT_F0: f32 = 0.04;
 
 /// The versine of the cone that is a hemisphere.
@@ -307,6 +310,20 @@ impl Principled {
         let parts = self.parts(view);
         let diffuse = (self.diffuse + self.through) * (1.0 - parts.layer);
         Some(self.specular(&parts, view) + self.of_further(&parts) + diffuse + glass)
+    }
+
+    /// The boundary that light comes through, and what facets of it reflect at an angle.
+    pub fn boundary(&self, cos_i: f32) -> Option<(RoughDielectric, Vec3)> {
+        self.glass.map(|glass| (glass.boundary, glass.reflectance(cos_i)))
+    }
+
+    /// The clearcoat's facets, the cosine of a view to its normal, and what they reflect then. `None` where there is none on the viewer's
+    /// side.
+    pub fn clearcoat(&self, view: Vec3) -> Option<(Ggx, f32, f32)> {
+        let covered = self.clearcoat > 0.0 && !self.is_inside;
+        let cosine = self.clearcoat_frame.normal.dot(self.turned(view)).clamp(0.0, 1.0);
+        let reflected = self.clearcoat * fresnel::schlick(cosine, CLEARCOAT_F0);
+        covered.then_some((self.clearcoat_facets, cosine, reflected))
     }
 
     #[inline(always)]

@@ -1,7 +1,7 @@
 //! Scattering by boundaries of dielectrics, smooth, rough and thin.
 
 use brewster_optics::dispersion::PathWavelength;
-use brewster_optics::fresnel::{FresnelModel, Reflectance, dielectric_cosine_form};
+use brewster_optics::fresnel::FresnelModel;
 use brewster_optics::lobe::{LobeSample, LobeSplit, LobeValue, mean};
 use brewster_optics::microfacet::{Ggx, RoughDielectric};
 use brewster_optics::refraction;
@@ -52,23 +52,7 @@ impl Boundary {
 
     /// What is to be told of the boundary, as if it were smooth.
     pub(crate) fn fresnel_at(&self, cos_i: f32) -> Fresnel {
-        let RoughDielectric { facets, eta_i, eta_t } = self.glass;
-        let cos_t = refraction::cos_t(cos_i, eta_i, eta_t);
-        let exact = cos_t.map(|cos_t| dielectric_cosine_form(cos_i, cos_t, eta_i, eta_t));
-        let Reflectance { s, p } = exact.unwrap_or(Reflectance { s: 1.0, p: 1.0 });
-        let f_r = self.reflected(cos_i);
-        Fresnel {
-            model: self.fresnel,
-            alpha: if facets.is_smooth() { 0.0 } else { facets.alphas()[0] },
-            eta_i,
-            eta_t: Some(Vec3::splat(eta_t)),
-            k: None,
-            r_s: Some(Vec3::splat(s)),
-            r_p: Some(Vec3::splat(p)),
-            f_r,
-            f_t: 1.0 - f_r,
-            is_total: cos_t.is_none(),
-        }
+        Fresnel::of_boundary(self.fresnel, self.glass, cos_i, self.reflected(cos_i))
     }
 }
 

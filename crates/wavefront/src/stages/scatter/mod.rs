@@ -9,6 +9,8 @@ mod metal;
 mod principled;
 mod rough_diffuse;
 
+pub(crate) use metal::Conductor;
+
 use brewster_buffers::{DetailId, Integrator, LightSample, MaterialKind};
 use brewster_geometry::{Hit, Ray, SurfacePoint, offset_origin};
 use brewster_optics::basis::Basis;
