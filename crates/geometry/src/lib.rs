@@ -83,6 +83,9 @@ pub use sphere::Sphere;
 pub use surface::{SurfacePoint, expect_surface, meets_front, offset_origin, surface};
 pub use torus::Torus;
 pub use transform::{Affine, TransformError};
-pub use traverse::{Kernel, RayByRay, RayMemory, Visits, closest_hits, closest_hits_by, occluded, occluded_by, visits};
+pub use traverse::{
+    Kernel, RayByRay, RayMemory, Visits, closest_hits, closest_hits_by, occluded, occluded_by, visits,
+    visits_until_blocked,
+};
 pub use tree::{Instances, MeshTree, TopTree, TreeBuilder, TreeError};
 pub use triangle::intersect_triangle;

@@ -54,6 +54,8 @@ pub struct Policy {
     pub order: Order,
     /// How rays are taken through the trees.
     pub kernel: Kernel,
+    /// How trees are built.
+    pub tree: Tree,
     /// The instruction set; the best for `None`.
     pub level: Option<Level>,
     /// How paths are followed.
@@ -120,6 +122,13 @@ choices! {
         Wavefront,
         /// One at a time.
         Megakernel,
+    }
+    /// How trees are built.
+    Tree {
+        /// From the top down.
+        Binned,
+        /// From the bottom up.
+        Clustered,
     }
     /// How rays are taken through the trees.
     Kernel {
@@ -253,13 +262,14 @@ fn default_policy(span: Span) -> schema::Policy {
         sort: schema::Sort::None {},
         order: schema::Order::ReflectionFirst {},
         kernel: schema::Kernel::Packets {},
+        tree: schema::Tree::Binned {},
         level: schema::Level::Best {},
         executor: schema::Executor::Wavefront {},
     }
 }
 
 fn policy((name, policy): (String, schema::Policy)) -> Policy {
-    let schema::Policy { batch, capacity, threads, sort, order, kernel, level, executor, .. } = policy;
+    let schema::Policy { batch, capacity, threads, sort, order, kernel, tree, level, executor, .. } = policy;
     Policy {
         name,
         batch,
@@ -268,6 +278,7 @@ fn policy((name, policy): (String, schema::Policy)) -> Policy {
         sort: sort.into(),
         order: order.into(),
         kernel: kernel.into(),
+        tree: tree.into(),
         level: match level {
             schema::Level::Best {} => None,
             schema::Level::Avx512 {} => Some(Level::Avx512),

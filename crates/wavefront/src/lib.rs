@@ -36,6 +36,7 @@
 
 mod adaptive;
 pub mod albedo;
+pub mod arithmetic;
 pub mod attribution;
 pub mod batch;
 pub mod context;

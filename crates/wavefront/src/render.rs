@@ -213,6 +213,13 @@ impl<'a> Renderer<'a> {
         sum
     }
 
+    /// Forgets the counts and times of all passes so far, as after a warm-up.
+    pub fn restart_stats(&mut self) {
+        for batch in &mut self.batches {
+            batch.recorder.stats = Stats::new(self.context.scene.settings.max_depth);
+        }
+    }
+
     /// What the queues looked like in all passes so far, if the policy asks for that.
     pub fn survey(&self) -> Option<Survey> {
         let mut surveys = self.batches.iter().filter_map(|batch| batch.recorder.survey.as_ref());

@@ -3,10 +3,10 @@
 //! A survey is kept where the [policy](crate::Policy::survey) asks for it, outside the times of stages. It depends on how a picture
 //! is cut into batches, but on no thread.
 
-use brewster_geometry::{HitsView, Visits, visits};
+use brewster_geometry::{HitsView, Visits, visits, visits_until_blocked};
 
 use crate::context::Context;
-use crate::queues::{NO_INSTANCE, PathRaysView, RaySource};
+use crate::queues::{NO_INSTANCE, PathRaysView, RaySource, ShadowQueue};
 use crate::stages::octant;
 use crate::stats::Stage;
 
@@ -37,6 +37,10 @@ pub struct QueueSurvey {
     pub material_runs: u64,
     /// What rays looked at, each alone: nodes, instances, and shapes and triangles.
     pub visits: [u64; 3],
+    /// Rays that hits sent toward lights.
+    pub shadow_rays: u64,
+    /// What these looked at, each alone, up to what stopped them first: where they may go on behind that, more is to come.
+    pub shadow_visits: [u64; 3],
     /// The calls of every stage, in the order of [`Stage::ALL`].
     pub stages: [Calls; Stage::ALL.len()],
 }
@@ -50,6 +54,8 @@ impl Default for QueueSurvey {
             octant_runs: 0,
             material_runs: 0,
             visits: [0; 3],
+            shadow_rays: 0,
+            shadow_visits: [0; 3],
             stages: [Calls::default(); Stage::ALL.len()],
         }
     }
@@ -62,8 +68,10 @@ impl QueueSurvey {
         self.rays += other.rays;
         self.octant_runs += other.octant_runs;
         self.material_runs += other.material_runs;
-        let sums = self.lengths.iter_mut().chain(&mut self.visits);
-        sums.zip(other.lengths.iter().chain(&other.visits)).for_each(|(sum, number)| *sum += number);
+        self.shadow_rays += other.shadow_rays;
+        let sums = self.lengths.iter_mut().chain(&mut self.visits).chain(&mut self.shadow_visits);
+        let others = other.lengths.iter().chain(&other.visits).chain(&other.shadow_visits);
+        sums.zip(others).for_each(|(sum, number)| *sum += number);
         for (sum, other) in self.stages.iter_mut().zip(other.stages) {
             sum.calls += other.calls;
             sum.registers += other.registers;
@@ -117,11 +125,30 @@ impl Survey {
             instance => materials[instance as usize].0,
         }));
         for row in 0..rays.len() {
-            let Visits { nodes, instances, primitives } = visits(&context.geometry, &rays.get(row).ray());
-            let sums = at.visits.iter_mut().zip([nodes, instances, primitives]);
-            sums.for_each(|(sum, number)| *sum += u64::from(number));
+            add(&mut at.visits, visits(&context.geometry, &rays.get(row).ray()));
         }
     }
+
+    /// Looks at rays toward lights, which hits of rays of a depth and queue have sent.
+    pub fn look_toward_lights(
+        &mut self,
+        context: &Context<'_>,
+        (depth, source): (u32, RaySource),
+        queue: &ShadowQueue,
+    ) {
+        let at = &mut self.depths[depth as usize][source as usize];
+        let rays = queue.view();
+        at.shadow_rays += rays.len() as u64;
+        for row in 0..rays.len() {
+            let ray = rays.get(row);
+            add(&mut at.shadow_visits, visits_until_blocked(&context.geometry, &ray.ray(), ray.distance));
+        }
+    }
+}
+
+/// Adds what one ray looked at.
+fn add(sums: &mut [u64; 3], Visits { nodes, instances, primitives }: Visits) {
+    sums.iter_mut().zip([nodes, instances, primitives]).for_each(|(sum, number)| *sum += u64::from(number));
 }
 
 /// How often a value differs from the one before it; the first one does.

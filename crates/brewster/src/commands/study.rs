@@ -1,6 +1,7 @@
 //! `brewster study`: which way of scheduling is faster.
 
 use std::cell::RefCell;
+use std::collections::HashSet;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
@@ -87,7 +88,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         .map_err(|error| Failure::Input(format!("{}: {error}", arguments.output.display())))?;
     folder.write_study(&text)?;
     terminal.say(format_args!("folder   {}", folder.path().display()));
-    let progress = terminal.count("study", steps(&study, subjects.len()));
+    let progress = terminal.count("study", steps(&study, &subjects));
     progress.remark("looking at the machine".to_owned());
     let done = RefCell::new(0);
     let stop = || interrupt.asked();
@@ -182,11 +183,13 @@ fn check(session: &Session) -> Result<(), SessionError> {
 }
 
 /// Runs of all experiments, with the counting ones.
-fn steps(study: &Study, subjects: usize) -> u64 {
+fn steps(study: &Study, subjects: &[study::Subject]) -> u64 {
     let turns = 2 * u64::from(study.warm_up + study.rounds);
-    let (policies, sets) = (subjects as u64 + 1, study.parameters.len() as u64);
+    let (policies, sets) = (subjects.len() as u64 + 1, study.parameters.len() as u64);
+    let ways = subjects.iter().map(|subject| subject.tree).collect::<HashSet<_>>().len() as u64;
+    let builds = if ways > 1 { (ways + 1) * turns } else { 0 };
     let quality = if sets > 1 { (sets + 1) * turns } else { 0 };
-    study.scenes.len() as u64 * (sets * policies * (turns + 1) + quality)
+    study.scenes.len() as u64 * (sets * (policies * (turns + 1) + builds) + quality)
 }
 
 /// Renders once more and writes what every worker did when.

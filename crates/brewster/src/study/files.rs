@@ -9,6 +9,7 @@ use std::{fs, io};
 
 use brewster::film::{FilmError, LinearImage, PngSettings, write_atomically, write_png};
 
+use super::counters::Counted;
 use super::record::{Experiment, QueueRow, Results, StageRow};
 use super::report;
 use super::statistics::{Estimate, Verdict};
@@ -129,18 +130,20 @@ pub(crate) fn commit() -> Option<String> {
 }
 
 /// Comma-separated tables; each begins with a row of names.
-fn tables(results: &Results) -> [(&'static str, String); 5] {
+fn tables(results: &Results) -> [(&'static str, String); 7] {
     let experiments = || results.experiments.iter();
     let policies =
         || experiments().flat_map(|experiment| experiment.policies.iter().map(move |policy| (experiment, policy)));
     let mut runs = Table::new("scene,parameters,policy,round,direction,seconds");
     let mut rates =
         Table::new("scene,parameters,policy,settings,mrays_per_second,speedup,low,high,verdict,queue_bytes");
-    let mut stages =
-        Table::new("scene,parameters,policy,depth,queue,stage,rays,calls,occupancy,seconds,bytes_read,bytes_written");
-    let mut queues = Table::new(
-        "scene,parameters,policy,depth,queue,rays,taken,octant_run,material_run,nodes,instances,primitives,lengths",
+    let mut stages = Table::new(
+        "scene,parameters,policy,depth,queue,stage,rays,calls,occupancy,seconds,bytes_read,bytes_written,operations",
     );
+    let mut queues = Table::new(
+        "scene,parameters,policy,depth,queue,rays,taken,octant_run,material_run,nodes,instances,primitives,lengths,shadow_rays,shadow_nodes,shadow_instances,shadow_primitives",
+    );
+    let mut counters = Table::new("scene,parameters,policy,counter,count,count_per_ray");
     for (experiment, policy) in policies() {
         let names = [&experiment.scene, &experiment.parameters, &policy.name].map(|name| quoted(name)).join(",");
         for (round, [forward, back]) in policy.seconds.iter().enumerate() {
@@ -149,16 +152,21 @@ fn tables(results: &Results) -> [(&'static str, String); 5] {
         }
         let (settings, rate) = (quoted(&policy.settings), optional(policy.rate));
         rates.row(&[&names, &settings, &rate, &bounds(policy.speedup), &words(policy.verdict), &policy.queue_bytes]);
+        for Counted { name, count } in &policy.counted {
+            counters.row(&[&names, name, count, &(*count as f64 / experiment.rays.max(1) as f64)]);
+        }
         for row in &policy.stages {
-            let StageRow { depth, queue, stage, rays, calls, occupancy, seconds, read, written } = row;
-            stages.row(&[&names, depth, queue, stage, rays, calls, occupancy, seconds, read, written]);
+            let StageRow { depth, queue, stage, rays, calls, occupancy, seconds, read, written, operations } = row;
+            stages.row(&[&names, depth, queue, stage, rays, calls, occupancy, seconds, read, written, operations]);
         }
         for row in &policy.queues {
             let lengths: Vec<String> = row.lengths.iter().map(u64::to_string).collect();
-            let QueueRow { depth, queue, rays, taken, octant_run, material_run, nodes, instances, primitives, .. } =
-                row;
-            let visits = format!("{nodes},{instances},{primitives}");
-            queues.row(&[&names, depth, queue, rays, taken, octant_run, material_run, &visits, &lengths.join(" ")]);
+            let QueueRow { depth, queue, rays, taken, octant_run, material_run, shadow_rays, .. } = row;
+            let visits = [row.nodes, row.instances, row.primitives].map(|number| number.to_string()).join(",");
+            let shadows = [row.shadow_nodes, row.shadow_instances, row.shadow_primitives];
+            let shadows = shadows.map(|number| number.to_string()).join(",");
+            let runs = [octant_run, material_run].map(|number| number.to_string()).join(",");
+            queues.row(&[&names, depth, queue, rays, taken, &runs, &visits, &lengths.join(" "), shadow_rays, &shadows]);
         }
     }
     [
@@ -166,8 +174,22 @@ fn tables(results: &Results) -> [(&'static str, String); 5] {
         ("policies.csv", rates.0),
         ("stages.csv", stages.0),
         ("queues.csv", queues.0),
+        ("counters.csv", counters.0),
+        ("builds.csv", builds(results).0),
         ("parameters.csv", parameters(results).0),
     ]
+}
+
+fn builds(results: &Results) -> Table {
+    let mut table = Table::new("scene,parameters,trees,median_seconds,bytes,speedup,low,high,verdict");
+    for experiment in &results.experiments {
+        for build in &experiment.builds {
+            let names = [&experiment.scene, &experiment.parameters, &build.name].map(|name| quoted(name)).join(",");
+            let (seconds, verdict) = (optional(build.median), words(build.verdict));
+            table.row(&[&names, &seconds, &build.bytes, &bounds(build.speedup), &verdict]);
+        }
+    }
+    table
 }
 
 fn parameters(results: &Results) -> Table {

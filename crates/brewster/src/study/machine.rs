@@ -7,6 +7,8 @@ use std::time::Instant;
 use brewster::lanes::{Level, dispatch};
 use serde::Serialize;
 
+use super::counters::{Counters, Refused};
+
 /// What a study says of the machine. What the system does not tell is absent.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct Machine {
@@ -24,6 +26,8 @@ pub(crate) struct Machine {
     pub caches: Vec<Cache>,
     /// The system and its version.
     pub system: Option<String>,
+    /// Counters of the processor and the kernel that cannot be read, and why.
+    pub refused: Vec<Refused>,
     /// Nanoseconds that a look at the clock takes.
     pub clock: f64,
     /// Reading memory on one thread: bytes of an array, and 10^9 bytes a second.
@@ -59,6 +63,7 @@ impl Machine {
             level: level.name(),
             caches: caches(),
             system: read("/proc/version").map(|text| text.split(" (").next().unwrap_or_default().trim().to_owned()),
+            refused: Counters::open().refused,
             clock: clock(),
             bandwidth: (14..=26).map(|power| 1 << power).map(|bytes| (bytes, bandwidth(level, bytes))).collect(),
             arithmetic: arithmetic(level),

@@ -3,15 +3,22 @@
 //! [`run`] renders scenes by every policy in turn ([`measure`]) and checks every picture; [`statistics`] says what is more than noise;
 //! [`record`] is what is kept of it, [`files`] writes it down, and [`report`] draws it.
 
+mod counters;
 mod files;
 mod machine;
 mod measure;
+mod quality;
 mod record;
 mod report;
+mod rows;
 mod run;
 mod statistics;
+mod subject;
+mod trees;
 
 pub(crate) use files::{Folder, commit, date, slug};
 pub(crate) use machine::Machine;
+pub(crate) use quality::quality;
 pub(crate) use record::{Results, VERSION};
-pub(crate) use run::{Subject, Watch, experiment, load, quality, subjects};
+pub(crate) use run::{Watch, experiment, load};
+pub(crate) use subject::{Subject, subjects};

@@ -5,6 +5,7 @@ use brewster::import::study::Study;
 use serde::Serialize;
 use std::fmt::Write as _;
 
+use super::counters::Counted;
 use super::machine::Machine;
 use super::statistics::{Estimate, Verdict};
 
@@ -57,6 +58,8 @@ pub(crate) struct Experiment {
     pub trusted: bool,
     /// The part of the time that looks at the clock take, for the baseline.
     pub overhead: f64,
+    /// How trees were built, where policies differ in that: the baseline's way, the same once more as a control, then the others.
+    pub builds: Vec<BuildResult>,
     /// The baseline first.
     pub policies: Vec<PolicyResult>,
 }
@@ -79,8 +82,25 @@ pub(crate) struct PolicyResult {
     /// How many times as fast as the baseline.
     pub speedup: Option<Estimate>,
     pub verdict: Option<Verdict>,
+    /// What the processor and the kernel counted while one picture was rendered.
+    pub counted: Vec<Counted>,
     pub stages: Vec<StageRow>,
     pub queues: Vec<QueueRow>,
+}
+
+/// What a way of building trees took.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct BuildResult {
+    pub name: String,
+    /// Bytes of the trees.
+    pub bytes: usize,
+    /// Seconds of both runs of every round, on all threads.
+    pub seconds: Vec<[f64; 2]>,
+    /// Seconds of the median run.
+    pub median: Option<f64>,
+    /// How many times as fast as the baseline's way.
+    pub speedup: Option<Estimate>,
+    pub verdict: Option<Verdict>,
 }
 
 /// What a stage did at a depth for the rays of a queue.
@@ -100,6 +120,8 @@ pub(crate) struct StageRow {
     pub read: u64,
     /// Bytes of queues that it wrote.
     pub written: u64,
+    /// Operations on numbers, by a count of the sources by hand.
+    pub operations: u64,
 }
 
 /// What the rays of a queue looked like at a depth.
@@ -122,6 +144,14 @@ pub(crate) struct QueueRow {
     pub instances: f64,
     /// Shapes and triangles.
     pub primitives: f64,
+    /// Rays that its hits sent toward lights.
+    pub shadow_rays: u64,
+    /// Nodes visited by one of these.
+    pub shadow_nodes: f64,
+    /// Instances.
+    pub shadow_instances: f64,
+    /// Shapes and triangles.
+    pub shadow_primitives: f64,
 }
 
 /// A scene with every set of parameters.
@@ -187,6 +217,9 @@ impl Results {
             for policy in experiment.policies.iter().skip(1) {
                 text += &line(&policy.name, policy.speedup, policy.verdict, "");
             }
+            for build in experiment.builds.iter().skip(2) {
+                text += &line(&format!("building trees, {}", build.name), build.speedup, build.verdict, "");
+            }
         }
         for quality in &self.qualities {
             writeln!(text, "{}: efficiency{}", quality.scene, control(quality.control, quality.trusted)).expect(WRITES);
@@ -205,7 +238,7 @@ fn control(control: Option<Estimate>, trusted: bool) -> String {
     match control {
         None => ", no whole round".to_owned(),
         Some(Estimate { median, low, high }) => {
-            let remark = if trusted { "" } else { ": it leaves out 1, do not trust what follows" };
+            let remark = if trusted { "" } else { ": it leaves out 1, so what follows is not judged" };
             format!(", against itself {median:.3} ({low:.3} to {high:.3}){remark}")
         }
     }

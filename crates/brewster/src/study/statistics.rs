@@ -46,6 +46,11 @@ impl Estimate {
         Some(Estimate { median: middle, low: medians[out], high: medians[RESAMPLES - 1 - out] })
     }
 
+    /// Whether a ratio of equals looks like one: its interval holds 1.
+    pub(crate) fn is_even(&self) -> bool {
+        self.contains(1.0)
+    }
+
     /// Whether a value lies between the bounds.
     pub(crate) fn contains(&self, value: f64) -> bool {
         (self.low..=self.high).contains(&value)
@@ -62,14 +67,18 @@ pub(crate) enum Verdict {
     Worse,
     /// Nothing that the noise does not explain.
     NoDifference,
+    /// The baseline differs from itself, so nothing is said.
+    Untrusted,
 }
 
 impl Verdict {
     /// Of a ratio to the baseline, beside that of the baseline to itself: a difference counts when the interval leaves out 1 and the
-    /// median lies beyond what the control's interval reaches on either side.
+    /// median lies beyond what the control's interval reaches on either side. Where that leaves out 1, something weighed on the runs unevenly.
     pub(crate) fn of(ratio: &Estimate, control: &Estimate) -> Verdict {
         let noise = (control.high.max(1.0 / control.low)).ln();
-        if ratio.contains(1.0) || ratio.median.ln().abs() <= noise {
+        if !control.is_even() {
+            Verdict::Untrusted
+        } else if ratio.contains(1.0) || ratio.median.ln().abs() <= noise {
             Verdict::NoDifference
         } else if ratio.median > 1.0 {
             Verdict::Better
@@ -84,6 +93,7 @@ impl Verdict {
             Verdict::Better => "better",
             Verdict::Worse => "worse",
             Verdict::NoDifference => "no difference seen",
+            Verdict::Untrusted => "not judged",
         }
     }
 }
@@ -203,6 +213,7 @@ mod tests {
         ] {
             assert_eq!(Verdict::of(&ratio, &control), expected, "{ratio:?}");
         }
+        assert_eq!(Verdict::of(&of(1.9, 2.0, 2.1), &of(1.001, 1.002, 1.003)), Verdict::Untrusted);
     }
 
     /// Two groups of the same distribution differ by noise, a shift of two standard errors in every block does not.

@@ -44,17 +44,24 @@ fn a_study_leaves_everything_in_its_folder() {
     }
     // Both runs of two rounds of four policies with two sets, and a line of names.
     assert_eq!(file("runs.csv").lines().count(), 1 + 2 * 2 * 4 * 2);
-    for (name, columns) in [("policies.csv", 10), ("queues.csv", 13), ("stages.csv", 12), ("parameters.csv", 9)] {
+    for (name, columns) in [
+        ("policies.csv", 10),
+        ("queues.csv", 17),
+        ("stages.csv", 13),
+        ("parameters.csv", 9),
+        ("counters.csv", 6),
+        ("builds.csv", 9),
+    ] {
         let names = file(name).lines().next().expect("a line of names").to_owned();
         assert_eq!(names.split(',').count(), columns, "{name}");
     }
     // Rows whose cells hold no commas of their own have as many.
     let stages = file("stages.csv");
     let rows: Vec<&str> = stages.lines().filter(|line| line.contains(",shallow,plain,")).collect();
-    assert!(!rows.is_empty() && rows.iter().all(|row| row.split(',').count() == 12), "{rows:?}");
+    assert!(!rows.is_empty() && rows.iter().all(|row| row.split(',').count() == 13), "{rows:?}");
     let report = file("report.html");
     assert!(report.contains("Which queue goes &lt;first&gt;?</p>") && !report.contains("http"), "the report");
-    for chart in ["policies", "batches", "time-per-bounce", "queues", "roofline"] {
+    for chart in ["policies", "batches", "time-per-bounce", "queues", "queue-lengths", "roofline"] {
         assert!(file(&format!("charts/scene-shallow-{chart}.svg")).ends_with("</svg>\n"), "{chart}");
         assert!(report.contains(&format!("aria-label=\"scene, shallow {}\"", chart.replace('-', " "))), "{chart}");
     }

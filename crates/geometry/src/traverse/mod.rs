@@ -71,6 +71,15 @@ pub fn visits(scene: &SceneGeometry<'_>, ray: &Ray) -> Visits {
     visits
 }
 
+/// The same of a ray that looks for any hit with 0 < t < `t_max`.
+pub fn visits_until_blocked(scene: &SceneGeometry<'_>, ray: &Ray, t_max: f32) -> Visits {
+    let mut visits = Visits::default();
+    let mut stacks = STACKS.take();
+    single::search(scene, ray, &mut stacks, &mut search::Any { t_max, found: false }, &mut visits);
+    STACKS.set(stacks);
+    visits
+}
+
 /// The nearest hit of every ray, or [`Hit::miss`], by the fastest kernel. Panics if there are fewer rows for hits than rays.
 ///
 /// The hits do not depend on the level, the trees or the other rays.

@@ -55,6 +55,9 @@ pub(super) fn step(context: &Context<'_>, batch: &mut Batch, tile: &mut FilmTile
                     scatter(context, rays, &hits, draws.view(), samples.view(), &mut onward, counts);
                 });
                 attribution.note_shadows(shadows);
+                if let Some(survey) = &mut recorder.survey {
+                    survey.look_toward_lights(context, (depth, source), shadows);
+                }
                 recorder.stage(at(Stage::Shadow), shadows.len(), |counts| {
                     shadow(context, shadows, stacks, scratch, contributions, samples.view_mut(), counts);
                 });

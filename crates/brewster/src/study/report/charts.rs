@@ -61,9 +61,15 @@ pub(crate) fn charts(results: &Results) -> Vec<Chart> {
         add("time per bounce", "Time of the baseline by bounce and stage.", time_per_bounce(baseline));
         add("queues", "Rays traced at every bounce, by the queue they came from.", population(baseline));
         add(
+            "queue lengths",
+            "How long queues were when they were traced: the share of the times, over all bounces. Short ones fill registers in part.",
+            lengths(baseline),
+        );
+        add(
             "roofline",
-            "Every stage's throughput against how little it moves: bytes of queues that a ray brings and leaves. Lines: what memory of a \
-             level lets through. Stages far below their line wait for something else: trees, textures, arithmetic.",
+            "Every stage's operations on numbers, counted by hand from its source, against how many there are for a byte of its queues. \
+             Lines: what memory of a level and the arithmetic of one thread let through. Stages far below wait for something else: trees, \
+             textures, branches.",
             roofline(baseline, results),
         );
     }
@@ -155,11 +161,7 @@ fn batches(experiment: &Experiment, results: &Results) -> Option<Diagram> {
     }
     let mut page = Diagram::new([720, 380]);
     let ends = [first.batch as f64, last.batch as f64];
-    let x = Axis::factors("rays in a batch", 2.0, ends, |rays| match rays as u64 {
-        rays if rays >= 1 << 20 => format!("{}M", rays >> 20),
-        rays if rays >= 1 << 10 => format!("{}k", rays >> 10),
-        rays => rays.to_string(),
-    });
+    let x = Axis::factors("rays in a batch", 2.0, ends, |rays| count(rays as u64));
     let most = points.iter().map(|(_, rate)| *rate).fold(0.0, f64::max);
     let frame = Frame { edges: [64.0, 40.0, 696.0, 320.0], x, y: Axis::up_to("Mrays/s", most) };
     frame.draw(&mut page);
@@ -253,45 +255,95 @@ fn population(baseline: &PolicyResult) -> Option<Diagram> {
     Some(page)
 }
 
-/// Stages of all bounces together: rays a second against rays a byte, under what memory lets through.
+/// Columns for queues of 1, 2 to 3, 4 to 7 rays, and so on: how often each was traced.
+fn lengths(baseline: &PolicyResult) -> Option<Diagram> {
+    let buckets = baseline.queues.iter().map(|row| row.lengths.len()).max()?;
+    let shares = QUEUES.map(|(name, _)| {
+        let rows = || baseline.queues.iter().filter(|row| row.queue == name);
+        let times: u64 = rows().map(|row| row.taken).sum();
+        let share = |bucket: usize| {
+            let traced: u64 = rows().filter_map(|row| row.lengths.get(bucket)).sum();
+            100.0 * traced as f64 / times.max(1) as f64
+        };
+        (0..buckets).map(share).collect::<Vec<f64>>()
+    });
+    let most = shares.iter().flatten().fold(0.0f64, |most, &share| most.max(share));
+    let first = (0..buckets).find(|&bucket| shares.iter().any(|shares| shares[bucket] > 0.0))?;
+    let mut page = Diagram::new([720, 380]);
+    let ticks = (first..buckets).map(|bucket| (bucket as f64 + 0.5, count(1 << bucket))).collect();
+    let range = [first as f64, buckets as f64];
+    let x = Axis { name: "rays in the queue, from this to twice as many".to_owned(), range, is_log: false, ticks };
+    let frame = Frame { edges: [64.0, 66.0, 696.0, 320.0], x, y: Axis::up_to("% of the times", most) };
+    frame.draw(&mut page);
+    let used: Vec<usize> = (0..QUEUES.len()).filter(|&queue| shares[queue].iter().any(|share| *share > 0.0)).collect();
+    let width = 0.84 / used.len() as f64;
+    for (place, &queue) in used.iter().enumerate() {
+        for bucket in (first..buckets).filter(|&bucket| shares[queue][bucket] > 0.0) {
+            let left = bucket as f64 + 0.08 + width * place as f64;
+            let corner = frame.place(left, shares[queue][bucket]);
+            page.block(corner, frame.place(left + 0.94 * width, 0.0), QUEUES[queue].1);
+        }
+    }
+    legend(&mut page, used.iter().map(|&queue| QUEUES[queue]));
+    Some(page)
+}
+
+/// A number of rays in few letters.
+fn count(rays: u64) -> String {
+    match rays {
+        rays if rays >= 1 << 20 => format!("{}M", rays >> 20),
+        rays if rays >= 1 << 10 => format!("{}k", rays >> 10),
+        rays => rays.to_string(),
+    }
+}
+
+/// Stages of all bounces together: operations a second against operations a byte, under what memory and arithmetic let through.
 fn roofline(baseline: &PolicyResult, results: &Results) -> Option<Diagram> {
     let stages = by_stage(&baseline.stages);
     let points: Vec<(&str, f64, f64)> = stages
         .iter()
-        .filter(|stage| stage.bytes > 0.0 && stage.seconds > 0.0)
-        .map(|stage| (stage.name, stage.rays / stage.bytes, stage.rays / stage.seconds * 1e-6))
+        .filter(|stage| stage.bytes > 0.0 && stage.seconds > 0.0 && stage.operations > 0.0)
+        .map(|stage| (stage.name, stage.operations / stage.bytes, stage.operations / stage.seconds * 1e-9))
         .collect();
     let machine = &results.machine;
     let levels =
         machine.caches.iter().map(|cache| (format!("L{}", cache.level), machine.bandwidth_at(cache.bytes / 2)));
     let memory = machine.bandwidth.last().map(|&(_, rate)| ("memory".to_owned(), rate));
     let levels: Vec<(String, f64)> = levels.chain(memory).collect();
+    let peak = machine.arithmetic;
     let bounds = |values: &mut dyn Iterator<Item = f64>| {
         values.fold([f64::INFINITY, 0.0], |[a, b]: [f64; 2], v| [a.min(v), b.max(v)])
     };
     let across = bounds(&mut points.iter().map(|(_, x, _)| *x));
-    let up = bounds(&mut points.iter().map(|(_, _, y)| 0.8 * *y));
+    let up = bounds(&mut points.iter().map(|(_, _, y)| *y));
     if points.is_empty() || levels.is_empty() {
         return None;
     }
-    let across = [across[0].min(1.0 / 256.0), across[1].max(1.0 / 32.0)];
-    let roof = levels.iter().map(|(_, rate)| rate).fold(0.0f64, |a, &b| a.max(b)) * 1e3 * across[1];
-    let x = Axis::factors("bytes of queues a ray, the fewer the further right", 2.0, across, |rays| {
-        format!("{:.0}", 1.0 / rays)
-    });
-    let y = Axis::factors("Mrays/s", 10.0, [up[0], up[1].max(roof)], |rate| format!("{rate}"));
+    let across = [across[0].min(0.1), across[1].max(10.0)];
+    let up = [0.8 * up[0], up[1].max(2.0 * peak)];
+    let x = Axis::factors("operations for a byte of queues", 10.0, across, |number| format!("{number}"));
+    let y = Axis::factors("10^9 operations a second", 10.0, up, |rate| format!("{rate}"));
     let mut page = Diagram::new([720, 500]);
     let frame = Frame { edges: [64.0, 36.0, 696.0, 440.0], x, y };
     frame.draw(&mut page);
+    let [left, right] = frame.x.range;
+    let pen = Pen { ink: ORANGE, width: 1.6, dash: &[] };
+    let ridge = levels.iter().map(|(_, rate)| peak / rate).fold(f64::INFINITY, f64::min).max(left);
+    page.line([ridge.min(right), right].map(|x| frame.place(x, peak)).to_vec(), pen);
+    let [x, y] = frame.place(right, peak);
+    page.word(format!("arithmetic, {peak:.0}"), [x - 8.0, y - 9.0], 13.0, Anchor::End, ORANGE);
     for (place, (name, rate)) in levels.iter().enumerate() {
-        let roof = |x: f64| frame.place(x, 1e3 * rate * x);
-        // Past the upper end of the chart there is nothing to see.
-        let right = frame.x.range[1].min(frame.y.range[1] / (1e3 * rate));
-        page.line([frame.x.range[0], right].map(roof).to_vec(), Pen { ink: ORANGE, width: 1.6, dash: &[] });
+        let roof = |x: f64| frame.place(x, rate * x);
+        // From where the chart begins, below or left, to the peak.
+        let ends = [left.max(frame.y.range[0] / rate), right.min(peak / rate)];
+        if ends[0] >= ends[1] {
+            continue;
+        }
+        page.line(ends.map(roof).to_vec(), pen);
         // Names stand side by side, for the lines may be close to each other.
-        let [left, right] = [frame.x.range[0], frame.x.range[1]].map(f64::ln);
-        let [x, y] = roof((left + (right - left) * (0.03 + 0.24 * place as f64)).exp());
-        page.word(format!("{name}, {rate:.0} GB/s"), [x, y - 12.0], 13.0, Anchor::Start, ORANGE);
+        let [from, to] = ends.map(f64::ln);
+        let [x, y] = roof((from + (to - from) * (0.06 + 0.22 * place as f64)).exp());
+        page.word(format!("{name}, {rate:.0} GB/s"), [x - 6.0, y - 12.0], 13.0, Anchor::Start, ORANGE);
     }
     label(&mut page, &frame, &points);
     Some(page)
@@ -331,6 +383,7 @@ pub(super) struct StageSum {
     pub rays: f64,
     pub seconds: f64,
     pub bytes: f64,
+    pub operations: f64,
     /// Lanes of the registers that its calls filled.
     pub lanes: f64,
 }
@@ -340,13 +393,14 @@ pub(super) fn by_stage(rows: &[StageRow]) -> Vec<StageSum> {
     let mut sums: Vec<StageSum> = Vec::new();
     for row in rows {
         let place = sums.iter().position(|sum| sum.name == row.stage).unwrap_or_else(|| {
-            sums.push(StageSum { name: row.stage, rays: 0.0, seconds: 0.0, bytes: 0.0, lanes: 0.0 });
+            sums.push(StageSum { name: row.stage, rays: 0.0, seconds: 0.0, bytes: 0.0, operations: 0.0, lanes: 0.0 });
             sums.len() - 1
         });
         let sum = &mut sums[place];
         sum.rays += row.rays as f64;
         sum.seconds += row.seconds;
         sum.bytes += (row.read + row.written) as f64;
+        sum.operations += row.operations as f64;
         sum.lanes += row.rays as f64 / row.occupancy.max(1e-9);
     }
     sums

@@ -37,13 +37,14 @@ pub(crate) fn html(results: &Results, charts: &[Chart]) -> String {
 const METHOD: &str = "<h2>How this was measured</h2>\n\
     <p>In every round each policy renders twice, forward and backward (A B C C B A), so that what drifts weighs on all alike; a round's \
     ratio is of the sums of both runs. Bars are medians of rounds with 95 % bootstrap intervals. The baseline runs a second time in every \
-    round, as a control: its interval must hold 1, and a difference is reported only where its own interval leaves out 1 and its median lies \
-    beyond the control's. Every picture of every run was compared with the baseline's, bit for bit, and every policy's counts with the \
+    round, as a control: where its interval leaves out 1 nothing is judged, and a difference is reported only where its own interval leaves \
+    out 1 and its median lies beyond the control's. Every picture of every run was compared with the baseline's, bit for bit, and every policy's counts with the \
     baseline's counts. What a sort costs is in its policy's time.</p>\n\
     <p>Counts, lengths of runs, occupancy and visits come from a counting run; times come from runs without those, which look at the clock \
-    twice for every call of a stage. Times of stages are means over all runs, those of the warm-up too. Bytes are those of whole rows of \
-    queues: what stages read of trees, materials and textures is not in them. Visits are those of a ray that goes alone; a packet looks at \
-    more. Hardware counters are not read: that takes a call of the system that needs unsafe code and, on most machines, a privilege.</p>\n";
+    twice for every call of a stage. Times of stages are means over the runs of all rounds. Bytes are those of whole rows of \
+    queues: what stages read of trees, materials and textures is not in them. Operations are counted by hand from the sources, in the usual \
+    case, and may be off by half of themselves. Visits are those of a ray that goes alone, of one toward a light up to what stops it first; a \
+    packet looks at more. Counters of the processor are read over one picture more, on all threads and outside the kernel, where the kernel lets a program do so.</p>\n";
 
 fn facts(results: &Results) -> String {
     let machine = &results.machine;
@@ -63,10 +64,25 @@ fn facts(results: &Results) -> String {
         ("memory, one thread", format!("{memory:.1} GB/s read")),
         ("arithmetic, one thread", format!("{:.0} Gflop/s, not fused", machine.arithmetic)),
         ("a look at the clock", format!("{:.0} ns", machine.clock)),
+        ("counters", refused(machine)),
         ("system", machine.system.clone().unwrap_or_else(unknown)),
     ];
     let rows = rows.iter().map(|(name, value)| format!("<dt>{name}</dt><dd>{}</dd>\n", escaped(value)));
     format!("<dl>\n{}</dl>\n", rows.collect::<String>())
+}
+
+/// Which counters cannot be read; those of one reason together.
+fn refused(machine: &Machine) -> String {
+    let mut reasons: Vec<(&str, Vec<&str>)> = Vec::new();
+    for refused in &machine.refused {
+        match reasons.iter_mut().find(|(reason, _)| *reason == refused.reason) {
+            Some((_, names)) => names.push(refused.name),
+            None => reasons.push((&refused.reason, vec![refused.name])),
+        }
+    }
+    let reasons: Vec<String> =
+        reasons.iter().map(|(reason, names)| format!("no {}: {reason}", names.join(", "))).collect();
+    if reasons.is_empty() { "all can be read".to_owned() } else { reasons.join("; ") }
 }
 
 /// The chart of that section and name, if there is one.
@@ -98,7 +114,7 @@ fn verdict(verdict: Option<Verdict>) -> String {
     let class = match verdict {
         Some(Verdict::Better) => "better",
         Some(Verdict::Worse) => "worse",
-        Some(Verdict::NoDifference) | None => "faint",
+        Some(Verdict::NoDifference | Verdict::Untrusted) | None => "faint",
     };
     format!("<span class=\"{class}\">{}</span>", verdict.map_or("", Verdict::words))
 }
@@ -114,7 +130,7 @@ fn control(control: Option<Estimate>, trusted: bool) -> String {
         Some(Estimate { median, low, high }) => {
             let (class, remark) = match trusted {
                 true => ("faint", ""),
-                false => ("warn", ": it leaves out 1, so the comparison is not to be trusted"),
+                false => ("warn", ": it leaves out 1, so that the numbers are not to be trusted and nothing is judged"),
             };
             format!(
                 "<p class=\"{class}\">Against itself the baseline shows {median:.3} ({low:.3} – {high:.3}){remark}.</p>\n"
@@ -163,10 +179,48 @@ fn experiment_section(experiment: &Experiment, charts: &[Chart], machine: &Machi
     if !batches.is_empty() {
         section += &format!("<h3>Batches</h3>\n{batches}");
     }
+    section += &builds(experiment);
+    section += &counters(experiment);
     if let Some(baseline) = experiment.policies.first() {
         section += &baseline_section(baseline, charts, &title, machine);
     }
     section
+}
+
+/// The time that trees took, where policies differ in their trees.
+fn builds(experiment: &Experiment) -> String {
+    if experiment.builds.is_empty() {
+        return String::new();
+    }
+    let names = ["trees", "build, ms", "times as fast", "95 % interval", "", "MiB"];
+    let rows = experiment.builds.iter().enumerate().map(|(place, build)| {
+        let [median, interval] = estimate(build.speedup);
+        let name = if place == 1 { format!("{}, once more", build.name) } else { build.name.clone() };
+        let time = build.median.map_or("–".to_owned(), |seconds| format!("{:.2}", 1e3 * seconds));
+        let mebibytes = format!("{:.1}", build.bytes as f64 / f64::from(1 << 20));
+        vec![escaped(&name), time, median, interval, verdict(build.verdict), mebibytes]
+    });
+    format!("<h3>Building trees, on all threads</h3>\n{}", table(&names, rows))
+}
+
+/// What the processor and the kernel counted.
+fn counters(experiment: &Experiment) -> String {
+    let Some(baseline) = experiment.policies.first().filter(|baseline| !baseline.counted.is_empty()) else {
+        return String::new();
+    };
+    let counters: Vec<&str> = baseline.counted.iter().map(|counted| counted.name).collect();
+    let names: Vec<String> =
+        ["policy".to_owned()].into_iter().chain(counters.iter().map(|name| format!("{name} a ray"))).collect();
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    let rows = experiment.policies.iter().map(|policy| {
+        let count = |name: &&str| policy.counted.iter().find(|counted| counted.name == *name);
+        let rays = experiment.rays.max(1) as f64;
+        let cells = counters
+            .iter()
+            .map(|name| count(name).map_or("–".to_owned(), |counted| format!("{:.4}", counted.count as f64 / rays)));
+        std::iter::once(escaped(&policy.name)).chain(cells).collect()
+    });
+    format!("<h3>Counters</h3>\n{}", table(&names, rows))
 }
 
 fn baseline_section(baseline: &PolicyResult, charts: &[Chart], title: &str, machine: &Machine) -> String {
@@ -190,6 +244,7 @@ fn baseline_section(baseline: &PolicyResult, charts: &[Chart], title: &str, mach
     );
     section += "<h3>Queues</h3>\n";
     section += &figure(charts, title, "queues");
+    section += &figure(charts, title, "queue lengths");
     let names = [
         "bounce",
         "queue",
@@ -199,6 +254,10 @@ fn baseline_section(baseline: &PolicyResult, charts: &[Chart], title: &str, mach
         "octant runs",
         "material runs",
         "nodes a ray",
+        "instances",
+        "primitives",
+        "shadow rays",
+        "nodes",
         "instances",
         "primitives",
     ];
@@ -214,11 +273,19 @@ fn baseline_section(baseline: &PolicyResult, charts: &[Chart], title: &str, mach
                 row.primitives,
             ];
             let numbers = numbers.map(|number| format!("{number:.1}"));
+            let shadows = [row.shadow_nodes, row.shadow_instances, row.shadow_primitives];
+            let shadows = std::iter::once(row.shadow_rays.to_string())
+                .chain(shadows.map(|number| if row.shadow_rays > 0 { format!("{number:.1}") } else { "–".to_owned() }));
             let counts = [row.rays.to_string(), row.taken.to_string()];
-            [row.depth.to_string(), row.queue.to_owned()].into_iter().chain(counts).chain(numbers).collect()
+            [row.depth.to_string(), row.queue.to_owned()]
+                .into_iter()
+                .chain(counts)
+                .chain(numbers)
+                .chain(shadows)
+                .collect()
         }),
     );
-    section += "<h3>Stages and memory</h3>\n";
+    section += "<h3>Stages, memory and arithmetic</h3>\n";
     section += &figure(charts, title, "roofline");
     section += &stage_table(baseline, machine);
     section
@@ -235,7 +302,9 @@ fn stage_table(baseline: &PolicyResult, machine: &Machine) -> String {
         "bytes a ray",
         "GB/s",
         "% of memory's",
-        "flop that fit a ray",
+        "operations a ray",
+        "10^9 a second",
+        "% of arithmetic",
         "lanes filled, %",
     ];
     let memory = machine.bandwidth.last().map_or(f64::INFINITY, |&(_, rate)| rate);
@@ -249,7 +318,9 @@ fn stage_table(baseline: &PolicyResult, machine: &Machine) -> String {
             format!("{:.0}", sum.bytes / sum.rays),
             format!("{rate:.2}"),
             format!("{:.0}", 100.0 * rate / memory),
-            format!("{:.0}", nanoseconds * machine.arithmetic),
+            format!("{:.0}", sum.operations / sum.rays),
+            format!("{:.2}", 1e-9 * sum.operations / sum.seconds),
+            format!("{:.1}", 1e-7 * sum.operations / sum.seconds / machine.arithmetic),
             format!("{:.1}", 100.0 * sum.rays / sum.lanes.max(1.0)),
         ]
     });

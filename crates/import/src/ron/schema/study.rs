@@ -56,6 +56,8 @@ schema! {
         order: Order = "ReflectionFirst" => "Merged",
         /// How rays are taken through the trees.
         kernel: Kernel = "Packets" => "Single",
+        /// How trees over triangles and instances are built.
+        tree: Tree = "Binned" => "Clustered",
         /// The instruction set that kernels are compiled for; one that the machine lacks is an error.
         level: Level = "Best" => "Avx2",
         /// How paths are followed.
@@ -94,6 +96,14 @@ schema! {
         Wave {},
         /// One ray after the other.
         Single {},
+    }
+
+    /// How trees are built. The time that it takes is compared apart from that of pictures.
+    choice Tree {
+        /// From the top down, by the surfaces of bins.
+        Binned {},
+        /// From the bottom up, by obvhs: clustering and reinsertion.
+        Clustered {},
     }
 
     /// How paths are followed.
