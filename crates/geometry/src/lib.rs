@@ -43,6 +43,7 @@
 
 mod aabb;
 mod attributes;
+mod block;
 mod chord;
 mod cone;
 mod cuboid;
@@ -57,8 +58,10 @@ mod ray;
 mod sampling;
 mod scene;
 mod shape;
+mod sights;
 mod sphere;
 mod surface;
+mod surfaces;
 mod torus;
 mod transform;
 mod traverse;
@@ -79,8 +82,10 @@ pub use ray::{Ray, Rays};
 pub use sampling::{AreaSample, Spread, area_scale, seen_from};
 pub use scene::SceneGeometry;
 pub use shape::{Analytic, Crossing, LocalHit, LocalSurface, ShapeError, ShapeKind, ShapeRef, ShapeTable};
+pub use sights::{Sight, Sights, per_solid_angle, sight};
 pub use sphere::Sphere;
-pub use surface::{SurfacePoint, expect_surface, meets_front, offset_origin, surface};
+pub use surface::{SurfacePoint, meets_front, offset_origin, surface};
+pub use surfaces::surfaces;
 pub use torus::Torus;
 pub use transform::{Affine, TransformError};
 pub use traverse::{

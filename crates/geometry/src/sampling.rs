@@ -28,7 +28,7 @@ pub struct AreaSample {
     /// The face or the triangle.
     pub primitive: u32,
     /// What the shape's size adds to errors of rays that end there.
-    tilt: f64,
+    pub(crate) tilt: f64,
 }
 
 /// Runs an expression on an analytic shape with an area; `None` for planes and meshes.
@@ -125,7 +125,7 @@ impl TriangleMesh {
 
 /// How many times larger the area of a small piece of surface is in world space than in object space, by its unit normal in
 /// world space: |det M| / |Mᵀn|, which is |det M| |M⁻ᵀn'| with the normal n' in object space.
-#[inline]
+#[inline(always)]
 pub fn area_scale(object_to_world: &Affine, normal: Vec3) -> f64 {
     let linear = object_to_world.to_f64().0;
     linear.determinant().abs() / object_to_world.transposed_f64(normal.as_dvec3()).length()
@@ -136,7 +136,7 @@ pub fn area_scale(object_to_world: &Affine, normal: Vec3) -> f64 {
 /// Its error bounds more than that of a point that was hit: also what is rounded on a ray from about `viewer`. So a ray that
 /// ends at [`offset_origin`](crate::offset_origin) toward the viewer does not meet this surface before, unless the shape
 /// bends or folds into its way.
-#[inline]
+#[inline(always)]
 pub fn seen_from(
     viewer: Vec3,
     object_to_world: &Affine,

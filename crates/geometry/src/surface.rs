@@ -16,16 +16,15 @@
 use glam::{DVec3, Vec2, Vec3};
 
 use crate::attributes::SurfacePlace;
-use crate::hit::{Hit, HitsView};
+use crate::hit::Hit;
 use crate::mesh::TriangleMesh;
-use crate::prefetch::prefetch;
 use crate::ray::Ray;
 use crate::scene::SceneGeometry;
-use crate::shape::{Analytic, LocalSurface, ShapeKind, with_shape};
+use crate::shape::{Analytic, LocalSurface, with_shape};
 use crate::transform::Affine;
 
 /// The surface at a hit, in world space.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SurfacePoint {
     /// The point, on the surface but for rounding. Rays do not start here, but at [`offset_origin`].
     pub position: Vec3,
@@ -53,45 +52,26 @@ pub(crate) const HALF_ULP: f64 = 1.0 / (1 << 24) as f64;
 /// The surface at a hit of [`closest_hits`](crate::closest_hits), which must not be a miss; panics on one.
 pub fn surface(scene: &SceneGeometry<'_>, ray: &Ray, hit: &Hit) -> SurfacePoint {
     let instance = hit.instance as usize;
-    let to_world = &scene.object_to_world[instance];
-    let to_object = &scene.world_to_object[instance];
-    let local = to_object.ray(ray);
-    let point = local.origin.as_dvec3() + local.direction.as_dvec3() * hit.t as f64;
-    let rounding = rounding(to_world, to_object, point);
-    let shape = scene.shapes[instance];
-    let found = with_shape!(scene.table, shape,
+    let (to_world, to_object) = (&scene.object_to_world[instance], &scene.world_to_object[instance]);
+    with_shape!(scene.table, scene.shapes[instance],
         analytic => {
+            let (point, rounding) = meeting(to_world, to_object, ray, hit.t);
             let bounds = analytic.bounds();
             // Grazing directions are rounded too: one unit over the length of the shape.
             let tilt = if bounds.min.is_finite() { bounds.reach() as f64 * (4.0 * HALF_ULP) } else { 0.0 };
             let local = analytic.surface(point, hit.primitive, 4.0 * (rounding + tilt));
-            Found { local, shading: local.normal, tilt }
+            place(to_world, to_object, &Found { local, shading: local.normal, tilt }, rounding)
         },
-        mesh => on_triangle(&scene.table.meshes[mesh], hit, rounding)
-    );
-    place(to_world, to_object, &found, rounding)
+        mesh => MeshHit::new(&scene.table.meshes[mesh], to_world, to_object, ray, hit).point()
+    )
 }
 
-/// Asks the cache for what [`surface`] will read of a mesh; to be called row by row, for hits of which the one at `row` is next.
-///
-/// Triangles and vertices lie all over a mesh: on one too large for the cache, half of [`surface`]'s time went by waiting for them.
-#[inline]
-pub fn expect_surface(scene: &SceneGeometry<'_>, hits: HitsView<'_>, row: usize) {
-    const AHEAD: usize = 8;
-    let mesh = |row: usize| {
-        let instance = *hits.instance.get(row)?;
-        let shape = scene.shapes.get(instance as usize).filter(|shape| shape.kind == ShapeKind::Mesh)?;
-        Some((&scene.table.meshes[shape.row as usize], hits.primitive[row] as usize))
-    };
-    if let Some((mesh, triangle)) = mesh(row + 2 * AHEAD) {
-        prefetch(mesh.triangles.as_ptr().wrapping_add(triangle));
-    }
-    if let Some((mesh, triangle)) = mesh(row + AHEAD) {
-        for vertex in mesh.triangles[triangle] {
-            prefetch(mesh.positions.as_ptr().wrapping_add(vertex as usize));
-            prefetch(mesh.normals.as_ptr().wrapping_add(vertex as usize));
-        }
-    }
+/// Where a ray is at t, in object space, and what rounding moves that by.
+#[inline(always)]
+fn meeting(to_world: &Affine, to_object: &Affine, ray: &Ray, t: f32) -> (DVec3, DVec3) {
+    let local = to_object.ray(ray);
+    let point = local.origin.as_dvec3() + local.direction.as_dvec3() * t as f64;
+    (point, rounding(to_world, to_object, point))
 }
 
 /// Whether a ray met the front of what it hit, the side that the geometric normal points to, by far fewer numbers than
@@ -111,12 +91,15 @@ pub fn meets_front(scene: &SceneGeometry<'_>, ray: &Ray, hit: &Hit) -> bool {
 }
 
 /// The surface at a point that was drawn, and not found by a ray.
+#[inline(always)]
 pub(crate) fn place_sample(to_world: &Affine, to_object: &Affine, local: &LocalSurface, tilt: f64) -> SurfacePoint {
     let found = Found { local: *local, shading: local.normal, tilt };
-    place(to_world, to_object, &found, rounding(to_world, to_object, local.point))
+    let point = place(to_world, to_object, &found, rounding(to_world, to_object, local.point));
+    SurfacePoint { shading_normal: point.geometric_normal, ..point }
 }
 
 /// What rounding moves a point by along the axes of object space.
+#[inline(always)]
 fn rounding(to_world: &Affine, to_object: &Affine, point: DVec3) -> DVec3 {
     // The position is rounded when it is found, and again when it is moved.
     let world_error = to_world.point_f64(point).abs() * (2.5 * HALF_ULP);
@@ -131,6 +114,7 @@ struct Found {
 }
 
 /// Maps a surface to world space.
+#[inline(always)]
 fn place(to_world: &Affine, to_object: &Affine, found: &Found, rounding: DVec3) -> SurfacePoint {
     let LocalSurface { point, normal, uv } = found.local;
     // One of Newton's steps: rays see the shape through `to_object`, of which `to_world` is the inverse only to rounding.
@@ -140,49 +124,100 @@ fn place(to_world: &Affine, to_object: &Affine, found: &Found, rounding: DVec3) 
     let steepness = outward.length();
     let geometric_normal = (outward / steepness).as_vec3();
     let shading = to_object.transposed_f64(found.shading);
-    let shading_normal = shading.try_normalize().map_or(geometric_normal, |n| n.as_vec3());
+    let shading_normal = unit_or(shading, geometric_normal.as_dvec3()).as_vec3();
     let error = 2.0 * (normal.abs().dot(rounding) + found.tilt) / steepness;
     SurfacePoint { position: position.as_vec3(), geometric_normal, shading_normal, uv, error: error as f32 }
 }
 
-/// The surface of a mesh at a hit.
-fn on_triangle(mesh: &TriangleMesh, hit: &Hit, rounding: DVec3) -> Found {
-    let triangle = hit.primitive as usize;
-    let [a, b, c] = mesh.corners(triangle).map(|corner| corner.as_dvec3());
-    let cross = (b - a).cross(c - a);
-    let normal = cross.normalize_or(DVec3::Y);
-    let sides = [c - b, a - c, b - a];
-    let tilt = triangle_tilt(&[a, b, c]);
-    let weights = [1.0 - hit.u as f64 - hit.v as f64, hit.u as f64, hit.v as f64];
-    // Keep four times the error away from each side, at most half way to the middle. A weight is the distance from a side over
-    // that of the opposite corner, which is twice the area over the side's length.
-    let clear = sides.map(|side| {
-        let away = normal.cross(side).abs();
-        (4.0 * (away.dot(rounding) + side.length() * tilt) / cross.length()).min(1.0 / 6.0)
-    });
-    let weights: [f64; 3] = std::array::from_fn(|i| weights[i].max(clear[i]));
-    let sum = weights[0] + weights[1] + weights[2];
-    let weights = weights.map(|weight| weight / sum);
-    let corners = mesh.triangles[triangle].map(|vertex| vertex as usize);
-    let point = a * weights[0] + b * weights[1] + c * weights[2];
-    let mix = |column: &[Vec3]| (0..3).fold(DVec3::ZERO, |sum, i| sum + column[corners[i]].as_dvec3() * weights[i]);
-    let shading = if mesh.normals.is_empty() { normal } else { mix(&mesh.normals) };
-    let uv = if mesh.uvs.is_empty() {
-        Vec2::ZERO
-    } else {
-        (0..3).fold(Vec2::ZERO, |sum, i| sum + mesh.uvs[corners[i]] * weights[i] as f32)
-    };
-    Found { local: LocalSurface { point, normal, uv }, shading, tilt }
+/// A vector of unit length, or another one if it has none; without a branch.
+#[inline(always)]
+fn unit_or(vector: DVec3, other: DVec3) -> DVec3 {
+    let scale = vector.length_recip();
+    either((scale > 0.0) & (scale < f64::INFINITY), vector * scale, other)
+}
+
+/// One of two vectors, without a branch.
+#[inline(always)]
+fn either(first: bool, a: DVec3, b: DVec3) -> DVec3 {
+    let pick = |a: f64, b: f64| if first { a } else { b };
+    DVec3::new(pick(a.x, b.x), pick(a.y, b.y), pick(a.z, b.z))
+}
+
+/// All that the surface of a mesh at a hit follows from.
+#[derive(Clone, Copy)]
+pub(crate) struct MeshHit {
+    pub(crate) to_world: Affine,
+    pub(crate) to_object: Affine,
+    pub(crate) ray: Ray,
+    pub(crate) t: f32,
+    /// The weights of the second and the third corner.
+    pub(crate) weights: [f32; 2],
+    pub(crate) corners: [Vec3; 3],
+    /// The corners' normals; zeros if there are none.
+    pub(crate) normals: [Vec3; 3],
+    pub(crate) has_normals: bool,
+    /// The corners' texture coordinates; zeros if there are none.
+    pub(crate) uvs: [Vec2; 3],
+}
+
+impl MeshHit {
+    #[inline(always)]
+    pub(crate) fn new(mesh: &TriangleMesh, to_world: &Affine, to_object: &Affine, ray: &Ray, hit: &Hit) -> MeshHit {
+        let vertices = mesh.triangles[hit.primitive as usize].map(|vertex| vertex as usize);
+        let has_normals = !mesh.normals.is_empty();
+        MeshHit {
+            to_world: *to_world,
+            to_object: *to_object,
+            ray: *ray,
+            t: hit.t,
+            weights: [hit.u, hit.v],
+            corners: vertices.map(|vertex| mesh.positions[vertex]),
+            normals: if has_normals { vertices.map(|vertex| mesh.normals[vertex]) } else { [Vec3::ZERO; 3] },
+            has_normals,
+            uvs: if mesh.uvs.is_empty() { [Vec2::ZERO; 3] } else { vertices.map(|vertex| mesh.uvs[vertex]) },
+        }
+    }
+
+    /// The surface there. Free of branches, so that a loop over many becomes vector code.
+    #[inline(always)]
+    pub(crate) fn point(&self) -> SurfacePoint {
+        let (_, rounding) = meeting(&self.to_world, &self.to_object, &self.ray, self.t);
+        let [a, b, c] = self.corners.map(|corner| corner.as_dvec3());
+        let cross = (b - a).cross(c - a);
+        let normal = unit_or(cross, DVec3::Y);
+        let sides = [c - b, a - c, b - a];
+        let tilt = triangle_tilt(&[a, b, c]);
+        let [u, v] = self.weights.map(f64::from);
+        let weights = [1.0 - u - v, u, v];
+        // Keep four times the error away from each side, at most half way to the middle. A weight is the distance from a side over
+        // that of the opposite corner, which is twice the area over the side's length.
+        let clear = sides.map(|side| {
+            let away = normal.cross(side).abs();
+            (4.0 * (away.dot(rounding) + side.length() * tilt) / cross.length()).min(1.0 / 6.0)
+        });
+        let weights: [f64; 3] = std::array::from_fn(|i| weights[i].max(clear[i]));
+        let sum = weights[0] + weights[1] + weights[2];
+        let weights = weights.map(|weight| weight / sum);
+        let point = a * weights[0] + b * weights[1] + c * weights[2];
+        let normals = self.normals.map(|normal| normal.as_dvec3());
+        let mixed = normals[0] * weights[0] + normals[1] * weights[1] + normals[2] * weights[2];
+        let shading = either(self.has_normals, mixed, normal);
+        let uv = self.uvs[0] * weights[0] as f32 + self.uvs[1] * weights[1] as f32 + self.uvs[2] * weights[2] as f32;
+        let found = Found { local: LocalSurface { point, normal, uv }, shading, tilt };
+        place(&self.to_world, &self.to_object, &found, rounding)
+    }
 }
 
 /// What a triangle's size adds to the error along its normal: shearing moves corners by up to ten units of its extent, tilting a
 /// grazing ray by four.
+#[inline(always)]
 pub(crate) fn triangle_tilt([a, b, c]: &[DVec3; 3]) -> f64 {
     let extent = [*c - *b, *a - *c, *b - *a].iter().fold(0.0f64, |most, side| most.max(side.length()));
     extent * (14.0 * HALF_ULP)
 }
 
 /// What a map makes of errors: its linear part with all signs positive.
+#[inline(always)]
 fn absolute(map: &Affine, error: DVec3) -> DVec3 {
     let row =
         |r: &[f32; 4]| (r[0] as f64).abs() * error.x + (r[1] as f64).abs() * error.y + (r[2] as f64).abs() * error.z;

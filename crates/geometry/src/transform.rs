@@ -99,6 +99,7 @@ impl Affine {
     }
 
     /// The linear part and the translation.
+    #[inline(always)]
     pub(crate) fn to_f64(self) -> (DMat3, DVec3) {
         let column = |c: usize| DVec3::new(self.rows[0][c] as f64, self.rows[1][c] as f64, self.rows[2][c] as f64);
         (DMat3::from_cols(column(0), column(1), column(2)), column(3))

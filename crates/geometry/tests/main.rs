@@ -6,6 +6,8 @@ mod agreement;
 mod area_sampling;
 /// Trees are the same for any number of threads, valid and within the memory that is stated.
 mod building;
+/// Surfaces found for many rays at once are those found ray by ray, to the bit.
+mod many_at_once;
 /// Rays that leave a surface start on the right side of it, however they graze it and wherever it stands.
 mod spawning;
 /// Scenes and random numbers for the tests.

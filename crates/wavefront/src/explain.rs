@@ -406,14 +406,15 @@ impl Found {
 fn met(context: &Context<'_>, batch: &mut Batch, (ray, hit): (&PathRay, &Hit), depth: u32) -> Met {
     let Batch { samples, stacks, .. } = batch;
     let stream = || samples.view().stream(&context.sampler, ray.sample, ray.branch);
-    let (kind, hit) = match arrive(context, (ray, 0), hit, depth, stream, stacks) {
-        Arrival::Nothing => return Met::Nothing,
-        Arrival::NoBoundary(_) => {
-            let position = surface(&context.geometry, &ray.ray(), hit).position;
-            return Met::NoBoundary { instance: hit.instance, position };
-        }
-        Arrival::Surface(kind, hit) => (kind, hit),
-    };
+    let (kind, hit) =
+        match arrive(context, (ray, 0), (hit, |ray: &_| surface(&context.geometry, ray, hit)), depth, stream, stacks) {
+            Arrival::Nothing => return Met::Nothing,
+            Arrival::NoBoundary(_) => {
+                let position = surface(&context.geometry, &ray.ray(), hit).position;
+                return Met::NoBoundary { instance: hit.instance, position };
+            }
+            Arrival::Surface(kind, hit) => (kind, hit),
+        };
     let direction = ray.ray().direction;
     let (_, normal) = facing_normals(&hit, direction);
     let cosine = (-direction.dot(normal)).clamp(0.0, 1.0);

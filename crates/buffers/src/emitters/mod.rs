@@ -22,8 +22,10 @@ mod tree;
 
 use std::sync::Arc;
 
-use brewster_geometry::{Affine, AreaSample, ShapeKind, Spread, SurfacePoint, area_scale, offset_origin, seen_from};
-use brewster_lanes::columns;
+use brewster_geometry::{
+    Affine, AreaSample, ShapeKind, Sight, Sights, Spread, SurfacePoint, offset_origin, per_solid_angle, sight,
+};
+use brewster_lanes::{Level, columns};
 use glam::Vec3;
 
 use crate::{ColorSource, LightSample, SceneBuffers};
@@ -124,24 +126,75 @@ impl SceneBuffers {
     /// drawn faces away.
     #[inline]
     pub fn sample_light(&self, point: Vec3, choice: f32, place: [f32; 2]) -> Option<LightSample> {
+        match self.draw_source(point, choice, place)? {
+            Source::Emitter(drawn, sample) => {
+                let (to_world, to_object) = self.placing_of(&drawn);
+                self.light_seen(&drawn, &sight(point, to_world, to_object, &sample))
+            }
+            Source::Light(sample) => Some(sample),
+        }
+    }
+
+    /// [`SceneBuffers::sample_light`] for many points.
+    ///
+    /// Reads: points, numbers, emitters, lights. Writes: `lights`, a row for each point.
+    pub fn sample_lights(
+        &self,
+        level: Level,
+        points: &[SurfacePoint],
+        choice: &[f32],
+        place: [&[f32]; 2],
+        lights: &mut [Option<LightSample>],
+    ) {
+        let mut sights = Sights::default();
+        let mut waiting = [(0, Drawn::default()); Sights::CAPACITY];
+        for (row, point) in points.iter().enumerate() {
+            let viewer = point.position;
+            lights[row] = match self.draw_source(viewer, choice[row], [place[0][row], place[1][row]]) {
+                Some(Source::Emitter(drawn, sample)) => {
+                    let (to_world, to_object) = self.placing_of(&drawn);
+                    waiting[sights.len()] = (row, drawn);
+                    sights.push(viewer, to_world, to_object, &sample);
+                    None
+                }
+                Some(Source::Light(sample)) => Some(sample),
+                None => None,
+            };
+            if sights.len() == Sights::CAPACITY || row + 1 == points.len() {
+                sights.look(level, |lane, sight| lights[waiting[lane].0] = self.light_seen(&waiting[lane].1, sight));
+            }
+        }
+    }
+
+    /// How the instance of an emitter is placed, and back.
+    #[inline(always)]
+    fn placing_of(&self, drawn: &Drawn) -> (&Affine, &Affine) {
+        let (instances, instance) = (self.instances.view(), self.emitters.rows.view().instance[drawn.row as usize]);
+        (&instances.object_to_world[instance as usize], &instances.world_to_object[instance as usize])
+    }
+
+    /// Draws a source and a place on it.
+    #[inline]
+    fn draw_source(&self, point: Vec3, choice: f32, place: [f32; 2]) -> Option<Source> {
         let emitters = &self.emitters;
         let (source, probability) = emitters.choice.choose(point, choice)?;
         let count = emitters.rows.len();
         if (source as usize) < count {
-            let sample = self.sample_emitter(source as usize, point, place)?;
-            return Some(LightSample { pdf: sample.pdf * probability, ..sample });
+            let (sample, density) = self.draw_place(source as usize, point, place)?;
+            let drawn = Drawn { row: source, primitive: sample.primitive, density, probability };
+            return Some(Source::Emitter(drawn, sample));
         }
         let light = self.lights.get(emitters.lights[source as usize - count] as usize);
         let seen = light.illuminate(point);
         let is_lit = seen.irradiance != Vec3::ZERO;
-        is_lit.then_some(LightSample {
+        is_lit.then_some(Source::Light(LightSample {
             direction: seen.direction,
             distance: seen.distance,
             target: light.position,
             radiance: seen.irradiance,
             pdf: probability,
             is_delta: true,
-        })
+        }))
     }
 
     /// The density per solid angle with which [`SceneBuffers::sample_light`] at `origin` gives the direction to a point of an
@@ -184,74 +237,100 @@ impl SceneBuffers {
 
     /// Draws a place of an emitter.
     #[inline]
-    fn sample_emitter(&self, row: usize, point: Vec3, place: [f32; 2]) -> Option<LightSample> {
+    fn draw_place(&self, row: usize, point: Vec3, place: [f32; 2]) -> Option<(AreaSample, Density)> {
         let rows = self.emitters.rows.view();
         let (instances, instance) = (self.instances.view(), rows.instance[row] as usize);
         let (to_world, to_object) = (&instances.object_to_world[instance], &instances.world_to_object[instance]);
         let (shape, two_sided) = (instances.shape[instance], rows.two_sided[row]);
-        let seen = |drawn: &AreaSample| seen_from(point, to_world, to_object, drawn);
-        let (surface, primitive, direction, density) = match rows.placing[row] {
+        Some(match rows.placing[row] {
             Placing::Cone { radius } => {
                 debug_assert_eq!(shape.kind, ShapeKind::Sphere);
                 let sphere = PlacedSphere::new(to_world, radius);
                 let (direction, normal, density) = sphere.sample(point, two_sided, place)?;
                 let sphere = &self.shapes.spheres[shape.row as usize];
-                let surface = seen(&AreaSample::on(sphere, (to_object.vector(normal).as_dvec3(), 0)));
-                (surface, 0, direction, density)
+                let sample = AreaSample::on(sphere, (to_object.vector(normal).as_dvec3(), 0));
+                (sample, Density::Along(direction, density))
             }
             Placing::Rectangle { row } => {
                 let rectangle = &self.emitters.rectangles[row as usize];
-                let seen_rectangle = SeenRectangle::new(rectangle, point);
-                let place = seen_rectangle.as_ref().map_or(place, |seen| seen.sample(place));
+                let seen = SeenRectangle::new(rectangle, point);
+                let place = seen.as_ref().map_or(place, |seen| seen.sample(place));
                 let quad = &self.shapes.quads[shape.row as usize];
-                let surface = seen(&AreaSample::on(quad, quad.spread(place)));
-                let (direction, factor) = toward(point, to_world, &surface, two_sided)?;
-                (surface, 0, direction, seen_rectangle.map_or(factor / rectangle.area, |seen| seen.pdf()))
+                let even = Density::PerArea { area: rectangle.area, probability: 1.0 };
+                let density = seen.map_or(even, |seen| Density::PerSolidAngle(seen.pdf()));
+                (AreaSample::on(quad, quad.spread(place)), density)
             }
             Placing::Area { area } => {
-                let drawn = self.shapes.sample_area(shape, place)?;
-                let surface = seen(&drawn);
-                let (direction, factor) = toward(point, to_world, &surface, two_sided)?;
-                (surface, drawn.primitive, direction, factor / area)
+                (self.shapes.sample_area(shape, place)?, Density::PerArea { area, probability: 1.0 })
             }
             Placing::Triangles { mesh } => {
                 let triangle = self.emitters.meshes[mesh as usize].triangles.choose(place[0]);
                 let mesh = &self.shapes.meshes[shape.row as usize];
-                let surface = seen(&mesh.sample_area(triangle.index as usize, [triangle.rest, place[1]]));
-                let (direction, factor) = toward(point, to_world, &surface, two_sided)?;
-                let area = mesh.area(triangle.index as usize);
-                (surface, triangle.index, direction, factor / area * f64::from(triangle.probability))
+                let sample = mesh.sample_area(triangle.index as usize, [triangle.rest, place[1]]);
+                let (area, probability) = (mesh.area(triangle.index as usize), f64::from(triangle.probability));
+                (sample, Density::PerArea { area, probability })
             }
+        })
+    }
+
+    /// The light of a drawn place that is seen.
+    #[inline]
+    fn light_seen(&self, drawn: &Drawn, sight: &Sight) -> Option<LightSample> {
+        let rows = self.emitters.rows.view();
+        let (row, Sight { surface, squared, cosine, per_area, .. }) = (drawn.row as usize, sight);
+        let shines = *squared > 0.0 && (*cosine > 0.0 || rows.two_sided[row] && *cosine < 0.0);
+        let (direction, density) = match drawn.density {
+            Density::Along(direction, density) => (direction, density),
+            _ if !shines => return None,
+            Density::PerSolidAngle(density) => (sight.direction, density),
+            Density::PerArea { area, probability } => (sight.direction, per_area / area * probability),
         };
-        let place = surface.place(instance as u32, primitive);
-        let coverage = self.coverage(instances.material[instance], &place);
+        let place = surface.place(rows.instance[row], drawn.primitive);
+        let coverage = self.coverage(self.instances.view().material[rows.instance[row] as usize], &place);
         let radiance = self.color(rows.radiance[row], &place) * coverage;
-        let target = offset_origin(&surface, -direction);
+        let target = offset_origin(surface, -direction);
         // So far that the ray's end is off the surface by twice its error.
-        let to = surface.position - point;
         let slope = (direction.dot(surface.geometric_normal).abs()).max(f32::EPSILON);
-        let distance = (to.length() * (1.0 - f32::EPSILON) - 2.0 * surface.error / slope).max(0.0);
-        let pdf = sound(density as f32)?;
+        let distance = (squared.sqrt() * (1.0 - f32::EPSILON) - 2.0 * surface.error / slope).max(0.0);
+        let pdf = sound(density as f32)? * drawn.probability;
         let is_lit = radiance != Vec3::ZERO;
         is_lit.then_some(LightSample { direction, distance, target, radiance, pdf, is_delta: false })
     }
 }
 
-/// The direction to a drawn point if it shines there, and what its density by area in object space is multiplied by.
-#[inline(always)]
-fn toward(point: Vec3, to_world: &Affine, surface: &SurfacePoint, two_sided: bool) -> Option<(Vec3, f64)> {
-    let to = surface.position - point;
-    let squared = to.length_squared();
-    let direction = to / squared.sqrt();
-    let cosine = -direction.dot(surface.geometric_normal);
-    let shines = squared > 0.0 && (cosine > 0.0 || two_sided && cosine < 0.0);
-    shines.then(|| (direction, per_solid_angle(to_world, surface.geometric_normal, squared, cosine)))
+/// A source of light that was drawn.
+enum Source {
+    /// An emitter, and the place on it.
+    Emitter(Drawn, AreaSample),
+    /// A light without extent.
+    Light(LightSample),
 }
 
-/// What a density by area in object space is multiplied by to be one per solid angle.
-#[inline(always)]
-fn per_solid_angle(to_world: &Affine, normal: Vec3, squared: f32, cosine: f32) -> f64 {
-    f64::from(squared) / (f64::from(cosine.abs()) * area_scale(to_world, normal))
+/// A place of an emitter that was drawn.
+#[derive(Clone, Copy, Default)]
+struct Drawn {
+    row: u32,
+    primitive: u32,
+    density: Density,
+    /// How likely the emitter was.
+    probability: f32,
+}
+
+/// With which density a place was drawn.
+#[derive(Clone, Copy)]
+enum Density {
+    /// In a direction, per solid angle.
+    Along(Vec3, f64),
+    /// In its own direction, per solid angle.
+    PerSolidAngle(f64),
+    /// Evenly over an area in object space that was chosen with a probability.
+    PerArea { area: f64, probability: f64 },
+}
+
+impl Default for Density {
+    fn default() -> Density {
+        Density::PerSolidAngle(0.0)
+    }
 }
 
 /// A density that can be divided by.

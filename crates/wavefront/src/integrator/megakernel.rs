@@ -10,7 +10,7 @@ use std::time::Instant;
 
 use brewster_buffers::{Integrator, MaterialKind};
 use brewster_film::{FilmTile, Light, Part};
-use brewster_geometry::{Hit, RayByRay, RayMemory};
+use brewster_geometry::{Hit, RayByRay, RayMemory, surface};
 use glam::Vec3;
 
 use crate::attribution::Attribution;
@@ -230,7 +230,8 @@ impl<B: Beside> Follower<'_, '_, '_, B> {
         let hit = trace(context, tracer, (&ray, depth), sample, counts);
         weaken(context, &mut ray.weight, stacks.filling(ray.media), hit.t, counts);
         let stream = || context.sampler.stream(sample.key, sample.number, ray.branch);
-        match arrive(context, (&ray, 0), &hit, depth, stream, stacks) {
+        match arrive(context, (&ray, 0), (&hit, |ray: &_| surface(&context.geometry, ray, &hit)), depth, stream, stacks)
+        {
             Arrival::Nothing => {
                 counts.escaped += 1;
                 count(counts, Stage::Escape);

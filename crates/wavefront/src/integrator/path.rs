@@ -46,7 +46,7 @@ pub(super) fn step(context: &Context<'_>, batch: &mut Batch, tile: &mut FilmTile
                 let hits = $hits.view().run(start, run);
                 if next.is_some() {
                     recorder.stage(at(Stage::Draw), hits.columns().len(), |_| {
-                        draw(context, rays, hits.columns(), samples.view(), depth, draws);
+                        draw(context, rays, &hits, samples.view(), depth, draws);
                     });
                 }
                 recorder.stage(at($stage), hits.columns().len(), |counts| {

@@ -1,15 +1,17 @@
-//! Draws the random numbers of hits.
+//! Draws the random numbers of hits, and lights by them.
 
+use brewster_buffers::{LightSample, SceneBuffers};
 use brewster_lanes::columns;
-use glam::Vec2;
+use glam::{Vec2, Vec3};
 
+use super::scatter::Scatter;
 use crate::context::Context;
-use crate::queues::{PathRaysView, SamplesView, SurfaceHitsView};
+use crate::queues::{HitsOf, PathRaysView, SamplesView};
 use crate::random::{Decision, Sampler, Stream, StreamColumns, ones, pairs};
 
 columns! {
     /// The random numbers of a hit, each 0 ≤ u < 1.
-    pub struct Draw => DrawColumns, DrawsView, DrawsViewMut {
+    pub struct Draw => DrawColumns, DrawRowsView, DrawRowsViewMut {
         /// Which light.
         pub light: f32,
         /// Where on it.
@@ -33,8 +35,8 @@ columns! {
 
 /// The random numbers of one hit, drawn already or when they are asked for.
 pub trait Numbers {
-    /// Which light, and where on it.
-    fn light(&self) -> (f32, [f32; 2]);
+    /// The light that numbers choose for a point.
+    fn light(&self, scene: &SceneBuffers, point: Vec3) -> Option<LightSample>;
     /// Which direction of the sky.
     fn sky(&self) -> [f32; 2];
     /// Which direction within the lobe.
@@ -45,30 +47,41 @@ pub trait Numbers {
     fn roulette(&self) -> f32;
 }
 
-impl Numbers for Draw {
+/// What was drawn for a hit.
+#[derive(Clone, Copy, Debug)]
+pub struct Drawn<'a> {
+    numbers: Draw,
+    light: Option<&'a Option<LightSample>>,
+}
+
+impl Numbers for Drawn<'_> {
     #[inline(always)]
-    fn light(&self) -> (f32, [f32; 2]) {
-        (self.light, [self.light_x, self.light_y])
+    fn light(&self, scene: &SceneBuffers, point: Vec3) -> Option<LightSample> {
+        let Draw { light, light_x, light_y, .. } = self.numbers;
+        match self.light {
+            Some(light) => *light,
+            None => scene.sample_light(point, light, [light_x, light_y]),
+        }
     }
 
     #[inline(always)]
     fn sky(&self) -> [f32; 2] {
-        [self.sky_x, self.sky_y]
+        [self.numbers.sky_x, self.numbers.sky_y]
     }
 
     #[inline(always)]
     fn direction(&self) -> Vec2 {
-        Vec2::new(self.direction_x, self.direction_y)
+        Vec2::new(self.numbers.direction_x, self.numbers.direction_y)
     }
 
     #[inline(always)]
     fn lobe(&self) -> f32 {
-        self.lobe
+        self.numbers.lobe
     }
 
     #[inline(always)]
     fn roulette(&self) -> f32 {
-        self.roulette
+        self.numbers.roulette
     }
 }
 
@@ -85,9 +98,9 @@ pub struct DrawOnDemand<'a> {
 
 impl Numbers for DrawOnDemand<'_> {
     #[inline(always)]
-    fn light(&self) -> (f32, [f32; 2]) {
-        let light = self.sampler.one(self.stream, Decision::Light.at(self.depth));
-        (light, self.sampler.pair(self.stream, Decision::LightPoint.at(self.depth)))
+    fn light(&self, scene: &SceneBuffers, point: Vec3) -> Option<LightSample> {
+        let choice = self.sampler.one(self.stream, Decision::Light.at(self.depth));
+        scene.sample_light(point, choice, self.sampler.pair(self.stream, Decision::LightPoint.at(self.depth)))
     }
 
     #[inline(always)]
@@ -123,51 +136,77 @@ const NONE: Draw = Draw {
     roulette: 0.0,
 };
 
-/// Memory for the random numbers of hits.
+/// Memory for the random numbers of hits, and for lights.
 #[derive(Debug, Default)]
 pub struct Draws {
     streams: StreamColumns,
     numbers: DrawColumns,
+    lights: Vec<Option<LightSample>>,
+}
+
+/// A shared view of what was drawn, in the hits' order.
+#[derive(Clone, Copy, Debug)]
+pub struct DrawsView<'a> {
+    numbers: DrawRowsView<'a>,
+    lights: &'a [Option<LightSample>],
+}
+
+impl<'a> DrawsView<'a> {
+    /// What was drawn for a hit.
+    #[inline(always)]
+    pub fn get(&self, row: usize) -> Drawn<'a> {
+        Drawn { numbers: self.numbers.get(row), light: self.lights.get(row) }
+    }
 }
 
 impl Draws {
     /// Bytes that a hit takes.
-    pub const BYTES_PER_ROW: usize = StreamColumns::BYTES_PER_ROW + DrawColumns::BYTES_PER_ROW;
+    pub const BYTES_PER_ROW: usize =
+        StreamColumns::BYTES_PER_ROW + DrawColumns::BYTES_PER_ROW + size_of::<Option<LightSample>>();
 
-    /// The numbers that were drawn, in the hits' order.
+    /// What was drawn, in the hits' order.
     pub fn view(&self) -> DrawsView<'_> {
-        self.numbers.view()
+        DrawsView { numbers: self.numbers.view(), lights: &self.lights }
     }
 
     /// Bytes of memory taken.
     pub fn bytes(&self) -> usize {
-        self.streams.capacity() * StreamColumns::BYTES_PER_ROW + self.numbers.capacity() * DrawColumns::BYTES_PER_ROW
+        self.streams.capacity() * StreamColumns::BYTES_PER_ROW
+            + self.numbers.capacity() * DrawColumns::BYTES_PER_ROW
+            + self.lights.capacity() * size_of::<Option<LightSample>>()
     }
 }
 
-/// Draws all numbers that hits of one depth may ask for; those for lights only where there are any.
+/// Draws all numbers that hits of one depth may ask for; those for lights only where there are any. Of kinds that ask for a light at
+/// almost every hit the lights are drawn, too.
 ///
-/// Reads: rays, hits and samples. Writes: one row of numbers a hit.
-pub fn draw(
+/// Reads: rays, hits, samples and lights. Writes: one row of numbers a hit, and its light.
+pub fn draw<Kind: Scatter>(
     context: &Context<'_>,
     rays: PathRaysView<'_>,
-    hits: SurfaceHitsView<'_>,
+    hits: &HitsOf<'_, Kind>,
     samples: SamplesView<'_>,
     depth: u32,
     draws: &mut Draws,
 ) {
-    let (level, sampler) = (context.policy.level, &context.sampler);
-    draws.streams.clear();
+    let (level, sampler, hits) = (context.policy.level, &context.sampler, hits.columns());
+    let Draws { streams, numbers, lights } = draws;
+    streams.clear();
     for &ray in hits.ray {
         let ray = ray as usize;
-        draws.streams.push(samples.stream(sampler, rays.sample[ray], rays.branch[ray]));
+        streams.push(samples.stream(sampler, rays.sample[ray], rays.branch[ray]));
     }
-    draws.numbers.resize(hits.len(), NONE);
-    let (streams, out) = (draws.streams.view(), draws.numbers.view_mut());
+    numbers.resize(hits.len(), NONE);
+    lights.clear();
+    let (streams, out) = (streams.view(), numbers.view_mut());
     let place = Decision::LightPoint.at(depth);
     if !context.scene.emitters.is_empty() {
         ones(level, sampler, streams, Decision::Light.at(depth), out.light);
         pairs(level, sampler, streams, place, out.light_x, out.light_y);
+        if Kind::ASKS_LIGHTS {
+            lights.resize(hits.len(), None);
+            context.scene.sample_lights(level, hits.point, out.light, [out.light_x, out.light_y], lights);
+        }
     }
     if !context.scene.background.is_black() {
         pairs(level, sampler, streams, place.repeat(1), out.sky_x, out.sky_y);

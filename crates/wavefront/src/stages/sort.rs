@@ -1,7 +1,7 @@
 //! Parts hits by kind of material, and those that escaped.
 
 use brewster_buffers::{DetailId, MaterialKind, Mix};
-use brewster_geometry::{Hit, HitsView, SurfacePlace, expect_surface, offset_origin, surface};
+use brewster_geometry::{Hit, HitsView, Ray, SurfacePlace, SurfacePoint, offset_origin, surfaces};
 
 use crate::context::Context;
 use crate::media::{MediaStacks, Medium};
@@ -119,10 +119,21 @@ pub fn sort(
 ) {
     let Arrivals { rays, hits, samples, depth } = arrivals;
     sorted.clear();
+    let mut points = [SurfacePoint::default(); RUN];
     for row in 0..rays.len() {
-        expect_surface(&context.geometry, hits, row);
+        if row % RUN == 0 {
+            let run = row..rays.len().min(row + RUN);
+            surfaces(
+                context.policy.level,
+                &context.geometry,
+                rays.rays().slice(run.clone()),
+                hits.slice(run),
+                &mut points,
+            );
+        }
         let stream = || samples.stream(&context.sampler, rays.sample[row], rays.branch[row]);
-        let (kind, hit) = match arrive(context, (&rays.get(row), row as u32), &hits.get(row), depth, stream, stacks) {
+        let found = (&hits.get(row), |_: &_| points[row % RUN]);
+        let (kind, hit) = match arrive(context, (&rays.get(row), row as u32), found, depth, stream, stacks) {
             Arrival::Nothing => {
                 sorted.escaped.push(Escaped { ray: row as u32 });
                 continue;
@@ -150,6 +161,9 @@ pub fn sort(
     counts.hits += sorted.hits() as u64;
 }
 
+/// Rays whose surfaces are found at once.
+const RUN: usize = 512;
+
 /// What a ray met.
 pub(crate) enum Arrival {
     /// Nothing.
@@ -160,12 +174,12 @@ pub(crate) enum Arrival {
     Surface(MaterialKind, SurfaceHit),
 }
 
-/// What one ray met, and the point of the surface there; `stream` has the numbers of its branch.
+/// What one ray met; `point` tells the point of the surface there, and `stream` has the numbers of its branch.
 #[inline(always)]
 pub(crate) fn arrive(
     context: &Context<'_>,
     (ray, row): (&PathRay, u32),
-    hit: &Hit,
+    (hit, point): (&Hit, impl FnOnce(&Ray) -> SurfacePoint),
     depth: u32,
     stream: impl FnOnce() -> Stream,
     stacks: &mut MediaStacks,
@@ -176,7 +190,7 @@ pub(crate) fn arrive(
     let scene = context.scene;
     let material = scene.instances.view().material[hit.instance as usize];
     let mut material = scene.materials.rows.view().get(material.0 as usize);
-    let mut point = surface(&context.geometry, &ray.ray(), hit);
+    let mut point = point(&ray.ray());
     let direction = ray.ray().direction;
     if material.detail != DetailId::NONE {
         let place = context.seen(point.place(hit.instance, hit.primitive));

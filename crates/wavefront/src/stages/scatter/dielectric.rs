@@ -61,6 +61,8 @@ impl Scatter for OnDielectric {
 
     const TRANSMITS: bool = true;
 
+    const ASKS_LIGHTS: bool = false;
+
     #[inline(always)]
     fn medium(context: &Context<'_>, row: usize) -> Option<Medium> {
         (!context.scene.materials.dielectric.view().thin[row]).then_some(Medium(row as u32))

@@ -94,6 +94,8 @@ impl Scatter for OnMetal {
 
     const TRANSMITS: bool = false;
 
+    const ASKS_LIGHTS: bool = false;
+
     #[inline(always)]
     fn surface(context: &Context<'_>, hit: &SurfaceHit, sides: &Sides) -> Conductor {
         let (row, dielectrics) = (hit.material as usize, context.scene.materials.dielectric.view());

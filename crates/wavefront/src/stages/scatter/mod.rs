@@ -39,6 +39,9 @@ pub trait Scatter {
     /// Whether surfaces of this kind may let light through, so that there may be media behind them.
     const TRANSMITS: bool;
 
+    /// Whether almost every surface of this kind is asked what it scatters from lights: those that are not smooth are.
+    const ASKS_LIGHTS: bool;
+
     /// The medium inside of a surface of a row of this kind.
     #[inline(always)]
     fn medium(_: &Context<'_>, _row: usize) -> Option<Medium> {
@@ -302,9 +305,7 @@ impl<N: Numbers> Arrival<'_, N> {
     fn toward_lights(&self, surface: &impl Surface, stacks: &MediaStacks, outlet: &mut impl Outlet) {
         let scene = self.context.scene;
         if !scene.emitters.is_empty() {
-            let (choice, place) = self.numbers.light();
-            let light = scene.sample_light(self.hit.point.position, choice, place);
-            self.toward(light, surface, stacks, outlet);
+            self.toward(self.numbers.light(scene, self.hit.point.position), surface, stacks, outlet);
         }
         if !scene.background.is_black() {
             self.toward(scene.background.sample(self.numbers.sky()), surface, stacks, outlet);
@@ -522,6 +523,7 @@ mod tests {
         type Surface = Lossy<PERCENT>;
 
         const TRANSMITS: bool = false;
+        const ASKS_LIGHTS: bool = false;
 
         fn surface(_: &Context<'_>, _: &SurfaceHit, _: &Sides) -> Lossy<PERCENT> {
             Lossy
@@ -615,7 +617,7 @@ mod tests {
         };
         let mut counts = Counts::default();
         let mut draws = Draws::default();
-        draw(&context, rays.view(), hits.view().columns(), samples.view(), 0, &mut draws);
+        draw(&context, rays.view(), &hits.view(), samples.view(), 0, &mut draws);
         scatter(&context, rays.view(), &hits.view(), draws.view(), samples.view(), &mut onward, &mut counts);
         (counts, contributions)
     }
