@@ -37,6 +37,13 @@ pub struct Study {
     pub warm_up: u32,
 }
 
+impl Study {
+    /// Rounds in which policies take turns: one where there is a single policy, which has nothing to be compared with.
+    pub fn policy_rounds(&self) -> u32 {
+        if self.policies.len() > 1 { self.rounds } else { 1 }
+    }
+}
+
 /// How work is scheduled.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Policy {

@@ -185,11 +185,12 @@ fn check(session: &Session) -> Result<(), SessionError> {
 /// Runs of all experiments, with the counting ones.
 fn steps(study: &Study, subjects: &[study::Subject]) -> u64 {
     let turns = 2 * u64::from(study.warm_up + study.rounds);
+    let policy_turns = 2 * u64::from(study.warm_up + study.policy_rounds());
     let (policies, sets) = (subjects.len() as u64 + 1, study.parameters.len() as u64);
     let ways = subjects.iter().map(|subject| subject.tree).collect::<HashSet<_>>().len() as u64;
     let builds = if ways > 1 { (ways + 1) * turns } else { 0 };
     let quality = if sets > 1 { (sets + 1) * turns } else { 0 };
-    study.scenes.len() as u64 * (sets * (policies * (turns + 1) + builds) + quality)
+    study.scenes.len() as u64 * (sets * (policies * (policy_turns + 1) + builds) + quality)
 }
 
 /// Renders once more and writes what every worker did when.

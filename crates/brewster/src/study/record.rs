@@ -200,11 +200,10 @@ impl Results {
         let (scenes, sets) = (study.scenes.len(), study.parameters.len());
         let mut rounds = self.experiments.iter().map(|experiment| experiment.rounds);
         let mut others = self.qualities.iter().map(|quality| quality.rounds);
-        let rounds_asked = study.rounds as usize;
         self.experiments.len() == scenes * sets
             && self.qualities.len() == if sets > 1 { scenes } else { 0 }
-            && rounds.all(|rounds| rounds == rounds_asked)
-            && others.all(|rounds| rounds == rounds_asked)
+            && rounds.all(|rounds| rounds == study.policy_rounds() as usize)
+            && others.all(|rounds| rounds == study.rounds as usize)
     }
 
     /// What came out, as plain text.
@@ -213,7 +212,9 @@ impl Results {
         for experiment in &self.experiments {
             let rate = experiment.policies.first().and_then(|policy| policy.rate).unwrap_or(0.0);
             write!(text, "{}: baseline {rate:.2} Mrays/s", experiment.title()).expect(WRITES);
-            writeln!(text, "{}", control(experiment.control, experiment.trusted)).expect(WRITES);
+            let compares = experiment.policies.len() > 1;
+            let control = if compares { control(experiment.control, experiment.trusted) } else { String::new() };
+            writeln!(text, "{control}").expect(WRITES);
             for policy in experiment.policies.iter().skip(1) {
                 text += &line(&policy.name, policy.speedup, policy.verdict, "");
             }

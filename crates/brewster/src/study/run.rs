@@ -112,10 +112,10 @@ pub(crate) fn experiment(
         benches.push(bench(&scene, subject, variants.of(subject), &mut expected)?);
     }
     let counted = benches.len() == subjects.len() + 1;
-    let rounds = if counted { study.rounds } else { 0 };
+    let rounds = if counted { study.policy_rounds() } else { 0 };
     let seconds = interleave(benches.len(), study.warm_up, rounds, watch.stop, |place, turn| {
         let bench = &mut benches[place];
-        let round = turn.round.map_or("warm-up".to_owned(), |round| format!("round {} of {}", round + 1, study.rounds));
+        let round = turn.round.map_or("warm-up".to_owned(), |round| format!("round {} of {}", round + 1, rounds));
         (watch.step)(format!("{scene}: {round}, {}", bench.subject.name));
         // What the warm-up took is forgotten.
         if turn == (Turn { round: Some(0), back: false }) {

@@ -48,7 +48,7 @@ pub(crate) fn charts(results: &Results) -> Vec<Chart> {
         };
         add(
             "policies",
-            "How many times as fast as the baseline: medians and 95 % intervals. Gray: no difference seen. The band is what the baseline \
+            "How many times as fast as the baseline: medians and 95 % intervals. Gray: no difference seen, or not judged. The band is what the baseline \
              shows against itself.",
             policies(experiment),
         );

@@ -154,7 +154,9 @@ fn experiment_section(experiment: &Experiment, charts: &[Chart], machine: &Machi
         experiment.picture,
         100.0 * experiment.overhead
     );
-    section += &control(experiment.control, experiment.trusted);
+    if experiment.policies.len() > 1 {
+        section += &control(experiment.control, experiment.trusted);
+    }
     section += "<h3>Policies</h3>\n";
     section += &figure(charts, &title, "policies");
     let names = ["policy", "Mrays/s", "times as fast", "95 % interval", "", "queues, KiB", "settings"];

@@ -36,7 +36,7 @@ schema! {
         resolution: Option<[u32; 2]> as "pixels" where PIXELS => "(320, 180)",
         /// Samples per pixel of all pictures; as the scenes say where absent.
         samples: Option<u32> where SAMPLES => "8",
-        /// Rounds of measurement. In a round every policy is run twice, forward and backward: A B C C B A.
+        /// Rounds of measurement. In a round every policy is run twice, forward and backward: A B C C B A. A policy that is alone takes one.
         rounds: u32 where ROUNDS = "9" => "15",
         /// Rounds that are run before and thrown away.
         warm_up: u32 where WARM_UP = "1" => "2",
