@@ -186,3 +186,24 @@ fn a_film_shows_its_colors() {
         }
     }
 }
+
+/// Inside of a ball that shines everywhere with radiance 1 and reflects ρ, d bounces bring 1 + ρ + … + ρᵈ; places on the ball are half
+/// of them outside of it by rounding.
+#[test]
+fn a_ball_lights_itself_from_within() {
+    for (depth, expected) in [(0, 1.0), (1, 1.8), (3, 2.952)] {
+        let scene = parse(&format!(
+            "Scene(
+                settings: (integrator: Path, resolution: (32, 32), samples: 16, max_depth: {depth}, roulette: false),
+                camera: Perspective(eye: (0.1, 0.2, 0.3), target: (1, 0, 0)),
+                entities: [(
+                    shape: Sphere(radius: 1),
+                    material: Principled(base_color: 0.8, metallic: 0, roughness: 1, specular: 0, emission: 1),
+                )],
+            )"
+        ));
+        let pixels = picture(&scene);
+        let mean = pixels.iter().map(|(_, color)| color.x).sum::<f64>() / pixels.len() as f64;
+        assert!((mean / expected - 1.0).abs() < 0.004, "depth {depth}: {mean}, not {expected}");
+    }
+}
