@@ -16,6 +16,7 @@
 //! - `layers`: crates depend on each other as the architecture page says, and on nothing else.
 //! - `light_layers`: the parts of the light, the albedo and the standard errors are what they claim.
 //! - `memory_bounded`: a split tree of any depth stays within the memory that the queues' page states.
+//! - `motion`: what moves looks as it does on the mean over the time of the shutter.
 //! - `noise_threshold`: adaptive sampling stops where noise is low and depends on nothing but the film.
 //! - `path_furnace`: the path integrator sees nothing in even light that absorbs nothing.
 //! - `policies_agree`: splitting, choosing, roulette, samplers and integrators agree in mean.
@@ -48,6 +49,7 @@ mod gltf_model;
 mod layers;
 mod light_layers;
 mod memory_bounded;
+mod motion;
 mod noise_threshold;
 mod path_furnace;
 mod policies_agree;

@@ -52,7 +52,12 @@ impl<'a> Recursion<'a> {
     pub(crate) fn pixel(&self, x: u32, y: u32) -> DVec3 {
         let size = self.scene.settings.resolution.as_vec2();
         let place = (Vec2::new(x as f32, y as f32) + 0.5) / size;
-        self.trace(self.scene.cameras[0].ray(place, size.x / size.y, Vec2::ZERO), &self.camera_media, 0, DVec3::ONE)
+        self.trace(
+            self.scene.cameras[0].ray(place, size.x / size.y, Vec2::ZERO, 0.0),
+            &self.camera_media,
+            0,
+            DVec3::ONE,
+        )
     }
 
     /// The radiance that arrives along a ray.
@@ -145,7 +150,7 @@ impl<'a> Recursion<'a> {
         if at.depth >= self.scene.settings.max_depth || weight.max_element() < threshold {
             return DVec3::ZERO;
         }
-        let ray = Ray { origin: offset_origin(&at.point, direction), direction };
+        let ray = Ray { origin: offset_origin(&at.point, direction), direction, time: 0.0 };
         factor * self.trace(ray, at.media_toward(direction, behind), at.depth + 1, weight)
     }
 
@@ -161,7 +166,8 @@ impl<'a> Recursion<'a> {
                 let origin = offset_origin(&at.point, seen.direction);
                 // From there the light is in another direction by a rounding.
                 let seen = light.illuminate(origin);
-                sum += value * self.visibility(Ray { origin, direction: seen.direction }, seen.distance, media);
+                sum +=
+                    value * self.visibility(Ray { origin, direction: seen.direction, time: 0.0 }, seen.distance, media);
             }
         }
         sum
@@ -195,7 +201,7 @@ impl<'a> Recursion<'a> {
 
     /// The media around a place. A ray from there leaves what it is in; the innermost it leaves first.
     fn media_around(&self, place: Vec3) -> Media {
-        let mut ray = Ray { origin: place, direction: Vec3::new(0.36, 0.8, 0.48) };
+        let mut ray = Ray { origin: place, direction: Vec3::new(0.36, 0.8, 0.48), time: 0.0 };
         let (mut met, mut around) = (Vec::new(), Vec::new());
         loop {
             let hit = self.closest(&ray);
@@ -222,6 +228,7 @@ impl<'a> Recursion<'a> {
         let rays = Rays {
             origin: origin.each_ref().map(std::slice::from_ref),
             direction: direction.each_ref().map(std::slice::from_ref),
+            time: std::slice::from_ref(&ray.time),
         };
         let mut hits = HitColumns::new();
         hits.resize(1, Hit::miss());

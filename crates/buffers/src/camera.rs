@@ -7,6 +7,8 @@ use brewster_lanes::math;
 use brewster_optics::warp;
 use glam::{Vec2, Vec3};
 
+use crate::motion::{around, turned};
+
 /// A camera as columns of a frame: `right`, `up` and `forward` are unit vectors at right angles.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Camera {
@@ -30,6 +32,22 @@ pub struct Camera {
     pub blades: u32,
     /// The entity's scene key; rows are in its order.
     pub key: u64,
+    /// Where it is at equal steps of the shutter's time, the first of them as above; empty if it stands still. Between two of
+    /// them position and axes are interpolated, and the axes brought to right angles again.
+    pub motion: Vec<CameraFrame>,
+}
+
+/// Where a camera is and how it is turned.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CameraFrame {
+    /// The eye, in meters.
+    pub position: Vec3,
+    /// To the right in the picture.
+    pub right: Vec3,
+    /// Up in the picture.
+    pub up: Vec3,
+    /// Along the view.
+    pub forward: Vec3,
 }
 
 /// How directions become pixels.
@@ -59,24 +77,45 @@ impl Camera {
         corner(blade) * weights.x + corner(blade + 1.0) * weights.y
     }
 
-    /// The ray through a place of the picture and a place of the lens: `place` from (0, 0), the top left corner, to (1, 1);
-    /// `aspect` is width over height; `lens` lies in the unit disk, in its middle for a pinhole.
+    /// Where it is at a moment of the shutter, 0 ≤ time < 1.
     #[inline(always)]
-    pub fn ray(&self, place: Vec2, aspect: f32, lens: Vec2) -> Ray {
+    pub fn frame(&self, time: f32) -> CameraFrame {
+        if self.motion.is_empty() {
+            let &Camera { position, right, up, forward, .. } = self;
+            return CameraFrame { position, right, up, forward };
+        }
+        self.moved_frame(time)
+    }
+
+    #[inline(never)]
+    fn moved_frame(&self, time: f32) -> CameraFrame {
+        let (from, to, s) = around(&self.motion, time);
+        let position = from.position + (to.position - from.position) * s;
+        if [from.right, from.up, from.forward] == [to.right, to.up, to.forward] {
+            return CameraFrame { position, ..*from };
+        }
+        let forward = turned(from.forward, to.forward, s);
+        let right = forward.cross(turned(from.up, to.up, s)).normalize();
+        CameraFrame { position, right, up: right.cross(forward), forward }
+    }
+
+    /// The ray through a place of the picture and a place of the lens at a moment: `place` from (0, 0), the top left corner, to
+    /// (1, 1); `aspect` is width over height; `lens` lies in the unit disk, in its middle for a pinhole.
+    #[inline(always)]
+    pub fn ray(&self, place: Vec2, aspect: f32, lens: Vec2, time: f32) -> Ray {
+        let CameraFrame { position, right, up, forward } = self.frame(time);
         let x = (2.0 * place.x - 1.0) * aspect;
         let y = 1.0 - 2.0 * place.y;
         // The ray through the middle of the lens; its direction goes one meter forward.
         let (origin, direction) = match self.projection {
-            Projection::Perspective(tangent) => {
-                (self.position, self.forward + self.right * (x * tangent) + self.up * (y * tangent))
-            }
+            Projection::Perspective(tangent) => (position, forward + right * (x * tangent) + up * (y * tangent)),
             Projection::Orthographic(half_height) => {
-                (self.position + self.right * (x * half_height) + self.up * (y * half_height), self.forward)
+                (position + right * (x * half_height) + up * (y * half_height), forward)
             }
         };
-        let aside = (self.right * lens.x + self.up * lens.y) * self.aperture_radius;
+        let aside = (right * lens.x + up * lens.y) * self.aperture_radius;
         let direction = direction - aside / self.focus_distance;
-        Ray { origin: origin + aside, direction: direction / direction.dot(direction).sqrt() }
+        Ray { origin: origin + aside, direction: direction / direction.dot(direction).sqrt(), time }
     }
 }
 
@@ -96,6 +135,7 @@ mod tests {
             focus_distance: 1.0,
             blades: 0,
             key: 0,
+            motion: Vec::new(),
         }
     }
 
@@ -109,12 +149,12 @@ mod tests {
             (Vec2::new(1.0, 1.0), Vec3::new(2.0, -1.0, -1.0)),
             (Vec2::new(1.0, 0.5), Vec3::new(2.0, 0.0, -1.0)),
         ] {
-            let ray = perspective.ray(place, 2.0, Vec2::ZERO);
+            let ray = perspective.ray(place, 2.0, Vec2::ZERO, 0.0);
             assert_eq!(ray.origin, perspective.position);
             assert!((ray.direction - toward.normalize()).length() < 1e-6, "{place}: {}", ray.direction);
         }
         let orthographic = camera(Projection::Orthographic(3.0));
-        let ray = orthographic.ray(Vec2::new(0.0, 1.0), 2.0, Vec2::ZERO);
+        let ray = orthographic.ray(Vec2::new(0.0, 1.0), 2.0, Vec2::ZERO, 0.0);
         assert_eq!((ray.origin, ray.direction), (Vec3::new(-6.0, -2.0, 5.0), Vec3::NEG_Z));
     }
 
@@ -124,10 +164,10 @@ mod tests {
         for projection in [Projection::Perspective(0.7), Projection::Orthographic(2.0)] {
             let lens = Camera { aperture_radius: 0.25, focus_distance: 4.0, ..camera(projection) };
             let at_focus = |ray: Ray| ray.origin + ray.direction * (4.0 / ray.direction.dot(lens.forward));
-            let middle = lens.ray(place, 1.5, Vec2::ZERO);
+            let middle = lens.ray(place, 1.5, Vec2::ZERO, 0.0);
             let focus = middle.origin + middle.direction * (4.0 / middle.direction.dot(lens.forward));
             for aside in [Vec2::X, Vec2::NEG_Y, Vec2::new(-0.6, 0.5)] {
-                let ray = lens.ray(place, 1.5, aside);
+                let ray = lens.ray(place, 1.5, aside, 0.0);
                 let start = (ray.origin - middle.origin) / 0.25;
                 assert!((start - Vec3::new(aside.x, aside.y, 0.0)).length() < 1e-5, "{start}");
                 assert!((at_focus(ray) - focus).length() < 1e-5, "{projection:?} {aside}");

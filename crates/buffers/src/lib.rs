@@ -13,6 +13,7 @@ mod ids;
 mod instances;
 mod lights;
 mod materials;
+mod motion;
 mod settings;
 #[cfg(test)]
 mod statistics;
@@ -20,7 +21,7 @@ mod textures;
 mod trees;
 mod validate;
 
-pub use camera::{Camera, Projection};
+pub use camera::{Camera, CameraFrame, Projection};
 pub use detail::{Detail, Opacity};
 pub use distribution::{Cell, Choice, Distribution, Distribution2d};
 pub use emitters::{Emitter, EmitterColumns, Emitters, EmittersView, EmittersViewMut, Placing};
@@ -37,6 +38,7 @@ pub use materials::{
     MixesViewMut, Phong, PhongColumns, PhongsView, PhongsViewMut, Principled, PrincipledColumns, PrincipledsView,
     PrincipledsViewMut, RoughDiffuse, RoughDiffuseColumns, RoughDiffusesView, RoughDiffusesViewMut,
 };
+pub use motion::LightMotion;
 pub use settings::{Integrator, PixelFilter, SamplerKind, Settings, ToneMapping};
 pub use textures::{
     Axis, Channel, ColorSource, Coordinates, Encoding, Filter, Image, ImageTexture, Pyramid, ScalarSource, Texels,
@@ -44,7 +46,7 @@ pub use textures::{
 };
 pub use trees::Trees;
 
-pub use brewster_geometry::{SurfacePlace, UvSet};
+pub use brewster_geometry::{Motion, Motions, SurfacePlace, UvSet};
 
 use brewster_geometry::{SceneGeometry, ShapeTable};
 use glam::Vec3;
@@ -57,6 +59,8 @@ use glam::Vec3;
 pub struct SceneBuffers {
     /// What stands where, ordered by scene key.
     pub instances: InstanceColumns,
+    /// Which instances move while the shutter is open.
+    pub motions: Motions,
     /// The shapes that instances refer to.
     pub shapes: ShapeTable,
     /// How rays find instances and triangles.
@@ -67,6 +71,8 @@ pub struct SceneBuffers {
     pub textures: Textures,
     /// Lights without extent, ordered by scene key.
     pub lights: LightColumns,
+    /// Which of the lights move while the shutter is open, in their order.
+    pub light_motions: Vec<LightMotion>,
     /// What sends out light and can be sampled: emissive instances and lights, with how they are chosen.
     pub emitters: Emitters,
     /// The sum of all ambient lights, radiance in nit.
@@ -86,6 +92,7 @@ impl SceneBuffers {
         SceneGeometry {
             object_to_world: instances.object_to_world,
             world_to_object: instances.world_to_object,
+            motions: &self.motions,
             shapes: instances.shape,
             table: &self.shapes,
             mesh_trees: &self.trees.meshes,

@@ -4,8 +4,8 @@ use brewster_geometry::Affine;
 use glam::Vec3;
 
 use crate::{
-    Background, Camera, ColorSource, DetailId, Emitters, Light, MaterialKind, MaterialRow, Materials, Mix, Projection,
-    SceneBuffers, Settings, TextureId,
+    Background, Camera, CameraFrame, ColorSource, DetailId, Emitters, Light, MaterialKind, MaterialRow, Materials, Mix,
+    Projection, SceneBuffers, Settings, TextureId,
 };
 
 /// A broken promise, in words.
@@ -27,6 +27,16 @@ impl SceneBuffers {
             let light = self.lights.get(row);
             require(is_lit(&light), || format!("light {row} is not finite or has no direction: {light:?}"))?;
         }
+        for motion in &self.light_motions {
+            let of = (motion.light as usize) < self.lights.len();
+            let is_sound = |&[position, direction]: &[Vec3; 2]| {
+                is_lit(&Light { position, direction, ..self.lights.get(motion.light as usize) })
+            };
+            require(of && motion.keys.len() > 1 && motion.keys.iter().all(is_sound), || {
+                format!("the motion of light {} has no light or no places: {motion:?}", motion.light)
+            })?;
+        }
+        ascending("motions of lights", self.light_motions.iter().map(|motion| u64::from(motion.light)))?;
         ascending("cameras", self.cameras.iter().map(|camera| camera.key))?;
         for (row, camera) in self.cameras.iter().enumerate() {
             require(sees(camera), || format!("camera {row} has no frame or no picture: {camera:?}"))?;
@@ -233,15 +243,19 @@ fn is_lit(light: &Light) -> bool {
 }
 
 fn sees(camera: &Camera) -> bool {
-    let Camera { position, right, up, forward, projection, aperture_radius, focus_distance, blades, .. } = camera;
+    let Camera { projection, aperture_radius, focus_distance, blades, motion, .. } = camera;
     let extent = match *projection {
         Projection::Perspective(tangent) => tangent,
         Projection::Orthographic(half_height) => half_height,
     };
-    let turns_right = right.cross(*up).dot(-*forward);
-    position.is_finite()
-        && [right, up, forward].into_iter().all(|axis| is_unit(*axis))
-        && (turns_right - 1.0).abs() <= ROUNDING
+    let is_sound = |&CameraFrame { position, right, up, forward }: &CameraFrame| {
+        position.is_finite()
+            && [right, up, forward].into_iter().all(is_unit)
+            && (right.cross(up).dot(-forward) - 1.0).abs() <= ROUNDING
+    };
+    is_sound(&camera.frame(0.0))
+        && motion.iter().all(is_sound)
+        && motion.len() != 1
         && extent > 0.0
         && extent.is_finite()
         && *aperture_radius >= 0.0
@@ -315,6 +329,7 @@ mod tests {
             focus_distance: 1.0,
             blades: 0,
             key: 5,
+            motion: Vec::new(),
         });
         buffers
     }

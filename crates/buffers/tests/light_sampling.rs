@@ -99,7 +99,7 @@ fn hit(scene: &SceneBuffers, ray: &Ray) -> Hit {
     let (o, d) = (ray.origin.to_array().map(column), ray.direction.to_array().map(column));
     let mut hits = HitColumns::new();
     hits.resize(1, Hit::miss());
-    let rays = Rays { origin: [&o[0], &o[1], &o[2]], direction: [&d[0], &d[1], &d[2]] };
+    let rays = Rays { origin: [&o[0], &o[1], &o[2]], direction: [&d[0], &d[1], &d[2]], time: &[] };
     closest_hits(&scene.geometry(), Level::detect(), rays, hits.view_mut());
     hits.get(0)
 }
@@ -107,7 +107,7 @@ fn hit(scene: &SceneBuffers, ray: &Ray) -> Hit {
 fn is_blocked(scene: &SceneBuffers, origin: Vec3, direction: Vec3, distance: f32) -> bool {
     let column = |v: f32| [v];
     let (o, d) = (origin.to_array().map(column), direction.to_array().map(column));
-    let rays = Rays { origin: [&o[0], &o[1], &o[2]], direction: [&d[0], &d[1], &d[2]] };
+    let rays = Rays { origin: [&o[0], &o[1], &o[2]], direction: [&d[0], &d[1], &d[2]], time: &[] };
     let mut blocked = [false];
     occluded(&scene.geometry(), Level::detect(), rays, &[distance], &mut blocked);
     blocked[0]
@@ -115,7 +115,7 @@ fn is_blocked(scene: &SceneBuffers, origin: Vec3, direction: Vec3, distance: f32
 
 /// The light that comes to a point from a direction, and the density with which that direction is drawn.
 fn met(scene: &SceneBuffers, origin: Vec3, direction: Vec3) -> (Vec3, f32) {
-    let ray = Ray { origin, direction };
+    let ray = Ray { origin, direction, time: 0.0 };
     let hit = hit(scene, &ray);
     if hit.is_miss() {
         return (Vec3::ZERO, 0.0);
@@ -123,10 +123,10 @@ fn met(scene: &SceneBuffers, origin: Vec3, direction: Vec3) -> (Vec3, f32) {
     let point = surface(&scene.geometry(), &ray, &hit);
     let emissive = scene.materials.emissive.get(0);
 
-    let place = point.place(hit.instance, hit.primitive);
+    let place = point.place(hit.instance, hit.primitive, 0.0);
     let shines = emissive.two_sided || point.geometric_normal.dot(direction) < 0.0;
     let radiance = if shines { scene.color(emissive.radiance, &place) } else { Vec3::ZERO };
-    (radiance, scene.light_pdf(origin, hit.instance, hit.primitive, &point))
+    (radiance, scene.light_pdf(origin, 0.0, (hit.instance, hit.primitive), &point))
 }
 
 fn placed(scale: Vec3, translation: Vec3) -> Affine3A {
@@ -219,7 +219,7 @@ fn drawn_light_is_all_light() {
             density.add(f64::from(pdf * weight));
         }
         for _ in 0..20_000 {
-            let sample = scene.sample_light(point, random.unit(), random.square());
+            let sample = scene.sample_light(point, 0.0, random.unit(), random.square());
             let visible = sample.filter(|sample| {
                 let (direction, distance) = sample.ray_from(point);
                 !is_blocked(scene, point, direction, distance)
@@ -243,8 +243,8 @@ fn a_ray_along_a_sample_finds_it() {
     let (mut random, mut found, mut wrong) = (Random(2), 0, Vec::new());
     each_view(|name, scene, point| {
         for _ in 0..500 {
-            let Some(sample) = scene.sample_light(point, random.unit(), random.square()) else { continue };
-            let ray = Ray { origin: point, direction: sample.direction };
+            let Some(sample) = scene.sample_light(point, 0.0, random.unit(), random.square()) else { continue };
+            let ray = Ray { origin: point, direction: sample.direction, time: 0.0 };
             let hit = hit(scene, &ray);
             // A grazing ray may pass by, or meet a part of a bent shape that hides the place.
             let length = (sample.target - point).length();
@@ -256,7 +256,7 @@ fn a_ray_along_a_sample_finds_it() {
             if cosine < 0.1 {
                 continue;
             }
-            let pdf = scene.light_pdf(point, hit.instance, hit.primitive, &there);
+            let pdf = scene.light_pdf(point, 0.0, (hit.instance, hit.primitive), &there);
             // The place is rounded, and with it the normal, most on the ends of stretched shapes.
             if (pdf / sample.pdf - 1.0).abs() > 5e-3 {
                 wrong.push(format!("{name}: {pdf} for {sample:?}, {there:?}"));
@@ -292,7 +292,7 @@ fn shadow_rays_end_before_their_light() {
                 // From near by and from far away.
                 let away = random.direction() * (1.3 + 100.0 * random.unit().powi(8));
                 let point = at.transform_point3(away);
-                let Some(sample) = scene.sample_light(point, random.unit(), random.square()) else { continue };
+                let Some(sample) = scene.sample_light(point, 0.0, random.unit(), random.square()) else { continue };
                 lit += 1;
                 let length = (sample.target - point).length();
                 let coarse = point.abs().max_element().max(length) * f32::EPSILON;
@@ -301,7 +301,7 @@ fn shadow_rays_end_before_their_light() {
                 let beside = point + random.direction() * coarse;
                 let (direction, distance) = sample.ray_from(beside);
                 assert!(!is_blocked(&scene, beside, direction, distance), "{name}, beside {beside}");
-                let ray = Ray { origin: point, direction: (sample.target - point).normalize() };
+                let ray = Ray { origin: point, direction: (sample.target - point).normalize(), time: 0.0 };
                 let hit = hit(&scene, &ray);
                 if !hit.is_miss() {
                     let normal = surface(&scene.geometry(), &ray, &hit).geometric_normal;
@@ -354,7 +354,7 @@ fn triangles_are_drawn_where_their_texture_shines() {
     }
     let (mut random, mut drawn, mut lit) = (Random(8), Mean::default(), 0);
     for _ in 0..20_000 {
-        let sample = scene.sample_light(point, random.unit(), random.square());
+        let sample = scene.sample_light(point, 0.0, random.unit(), random.square());
         lit += i32::from(sample.is_some());
         drawn.add(sample.map_or(0.0, |sample| f64::from(sample.radiance.element_sum() / sample.pdf)));
     }

@@ -59,7 +59,7 @@ fn moments(scene: &SceneBuffers, point: Vec3, samples: u32, random: &mut Random)
     for i in 0..samples {
         // Strata: the variance of one sample, known better.
         let choice = (i as f32 + random.unit()) / samples as f32;
-        let sample = scene.sample_light(point, choice.min(1.0f32.next_down()), [random.unit(), random.unit()]);
+        let sample = scene.sample_light(point, 0.0, choice.min(1.0f32.next_down()), [random.unit(), random.unit()]);
         let estimate = sample.map_or(0.0, |s| irradiance(s.direction, s.radiance) / f64::from(s.pdf));
         moments[0] += estimate / f64::from(samples);
         moments[1] += estimate * estimate / f64::from(samples);

@@ -128,7 +128,7 @@ fn read(bytes: &[u8]) -> (TriangleMesh, Vec<Set>) {
         for _ in 0..count {
             let origin = words.vector();
             assert_eq!(f32::from_le_bytes(words.word()), 0.0, "rays begin at their origin");
-            rays.push(Ray { origin, direction: words.vector() });
+            rays.push(Ray { origin, direction: words.vector(), time: 0.0 });
             t_max.push(f32::from_le_bytes(words.word()));
         }
         Set { name, any, rays, t_max }
@@ -150,8 +150,12 @@ fn trace(scene: &Scene, set: &Set, threads: usize) -> (usize, f64) {
                 return (count, sum);
             }
             let run = from..(from + BATCH).min(set.t_max.len());
-            let Rays { origin, direction } = set.rays.view();
-            let rays = Rays { origin: origin.map(|c| &c[run.clone()]), direction: direction.map(|c| &c[run.clone()]) };
+            let Rays { origin, direction, .. } = set.rays.view();
+            let rays = Rays {
+                origin: origin.map(|c| &c[run.clone()]),
+                direction: direction.map(|c| &c[run.clone()]),
+                time: &[],
+            };
             if set.any {
                 occluded(&scene.geometry(), Level::detect(), rays, &set.t_max[run], &mut found);
                 count += found[..rays.len()].iter().filter(|&&found| found).count();

@@ -72,7 +72,7 @@ fn ray_sets(scene: &Scene) -> Vec<(&'static str, RayColumns)> {
             let tile = i / 64;
             let (x, y) = (tile % (side / 8) * 8 + i % 8, tile / (side / 8) * 8 + i / 8 % 8);
             let at = |pixel: usize| (pixel as f32 + 0.5) / side as f32 * 0.8 - 0.4;
-            Ray { origin: eye, direction: (forward + right * at(x) + up * at(y)).normalize() }
+            Ray { origin: eye, direction: (forward + right * at(x) + up * at(y)).normalize(), time: 0.0 }
         })
         .collect();
     let mut random = Random(3);
@@ -87,7 +87,7 @@ fn ray_sets(scene: &Scene) -> Vec<(&'static str, RayColumns)> {
                     point.geometric_normal = -point.geometric_normal;
                 }
                 let direction = toward(&mut random, &point);
-                Ray { origin: offset_origin(&point, direction), direction }
+                Ray { origin: offset_origin(&point, direction), direction, time: 0.0 }
             })
             .collect()
     };

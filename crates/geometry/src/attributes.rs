@@ -31,6 +31,8 @@ pub struct SurfacePlace {
     pub uv: Vec2,
     /// How much of the surface is looked at, across and in meters; 0 for a point.
     pub width: f32,
+    /// When it is there.
+    pub time: f32,
 }
 
 impl SceneGeometry<'_> {
@@ -51,7 +53,8 @@ impl SceneGeometry<'_> {
         let (mesh, point) = self.mesh_at(place).filter(|(mesh, _)| !mesh.tangents.is_empty())?;
         let weigh = mesh.weigh(place.primitive as usize, point);
         let tangent = weigh.fold(Vec4::ZERO, |sum, (vertex, weight)| sum + mesh.tangents[vertex] * weight);
-        let to_world = &self.object_to_world[place.instance as usize];
+        let mut moved = None;
+        let (to_world, _) = self.place_at(place.instance, place.time, &mut moved);
         let side = if to_world.mirrors() { -1.0 } else { 1.0 };
         Some((to_world.vector(tangent.truncate()), side * 1f32.copysign(tangent.w)))
     }
@@ -61,14 +64,16 @@ impl SceneGeometry<'_> {
         let (mesh, point) = self.mesh_at(place).filter(|(mesh, _)| !mesh.normals.is_empty())?;
         let weigh = mesh.weigh(place.primitive as usize, point);
         let normal = weigh.fold(Vec3::ZERO, |sum, (vertex, weight)| sum + mesh.normals[vertex] * weight);
-        let to_object = &self.world_to_object[place.instance as usize];
+        let mut moved = None;
+        let (_, to_object) = self.place_at(place.instance, place.time, &mut moved);
         to_object.transposed_f64(normal.as_dvec3()).try_normalize().map(|normal| normal.as_vec3())
     }
 
     /// The gradients of u and v along the surface, in world space: how much they grow a meter, and where to. Zero where they do not
     /// depend on the place, or have none (poles).
     pub fn uv_gradients(&self, place: &SurfacePlace, set: UvSet) -> [Vec3; 2] {
-        let to_object = &self.world_to_object[place.instance as usize];
+        let mut moved = None;
+        let (_, to_object) = self.place_at(place.instance, place.time, &mut moved);
         let shape = self.shapes[place.instance as usize];
         let point = to_object.point_f64(place.position.as_dvec3());
         let gradients = with_shape!(self.table, shape,
@@ -85,7 +90,8 @@ impl SceneGeometry<'_> {
     fn mesh_at(&self, place: &SurfacePlace) -> Option<(&TriangleMesh, DVec3)> {
         let shape = self.shapes[place.instance as usize];
         (shape.kind == ShapeKind::Mesh).then(|| {
-            let to_object = &self.world_to_object[place.instance as usize];
+            let mut moved = None;
+            let (_, to_object) = self.place_at(place.instance, place.time, &mut moved);
             (&*self.table.meshes[shape.row as usize], to_object.point_f64(place.position.as_dvec3()))
         })
     }
@@ -145,7 +151,8 @@ mod tests {
 
     use super::*;
     use crate::{
-        Affine, Cone, Cuboid, Cylinder, Disk, Plane, Quad, ShapeRef, ShapeTable, Sphere, Spread, TopTree, Torus,
+        Affine, Cone, Cuboid, Cylinder, Disk, Motions, Plane, Quad, ShapeRef, ShapeTable, Sphere, Spread, TopTree,
+        Torus,
     };
 
     /// Steps along a surface change texture coordinates as their gradients say.
@@ -219,6 +226,7 @@ mod tests {
             SceneGeometry {
                 object_to_world: &self.maps[..1],
                 world_to_object: &self.maps[1..],
+                motions: Motions::NONE,
                 shapes: &self.shapes,
                 table: &self.table,
                 mesh_trees: &[],
@@ -251,7 +259,8 @@ mod tests {
             let scene = One::new(triangle(), map);
             // Half the first corner, and a quarter of each other.
             let position = map.transform_point3(Vec3::new(0.5, 0.25, 0.0));
-            let place = SurfacePlace { instance: 0, primitive: 0, position, uv: Vec2::new(0.25, 0.25), width: 0.0 };
+            let place =
+                SurfacePlace { instance: 0, primitive: 0, position, uv: Vec2::new(0.25, 0.25), width: 0.0, time: 0.0 };
             let scene = scene.geometry();
             assert_eq!(scene.uv(&place, UvSet::First), place.uv);
             assert!(scene.uv(&place, UvSet::Second).abs_diff_eq(Vec2::new(0.5, 0.5), 1e-6));
@@ -279,8 +288,14 @@ mod tests {
         let mut mesh = triangle();
         (mesh.second_uvs, mesh.colors, mesh.tangents, mesh.normals) = Default::default();
         let scene = One::new(mesh, Affine3A::IDENTITY);
-        let place =
-            SurfacePlace { instance: 0, primitive: 0, position: Vec3::ZERO, uv: Vec2::new(0.3, 0.6), width: 0.0 };
+        let place = SurfacePlace {
+            instance: 0,
+            primitive: 0,
+            position: Vec3::ZERO,
+            uv: Vec2::new(0.3, 0.6),
+            width: 0.0,
+            time: 0.0,
+        };
         let scene = scene.geometry();
         assert_eq!((scene.uv(&place, UvSet::Second), scene.vertex_color(&place)), (place.uv, Vec4::ONE));
         assert_eq!((scene.vertex_tangent(&place), scene.vertex_normal(&place)), (None, None));

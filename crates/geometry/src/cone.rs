@@ -135,11 +135,11 @@ mod tests {
             (Vec3::new(-6.0, 0.0, 0.0), Vec3::new(4.0, -4.0, 0.0), None),
             (Vec3::new(-3.0, -1.0, 0.0), Vec3::new(2.0, 0.0, 0.0), Some((0.75, 0))),
         ] {
-            let hit = cone.intersect(&Ray { origin, direction }).map(|h| (h.t, h.primitive));
+            let hit = cone.intersect(&Ray { origin, direction, time: 0.0 }).map(|h| (h.t, h.primitive));
             assert_eq!(hit, expected, "{origin} {direction}");
         }
         // The mirrored half above the apex is not there.
-        assert_eq!(cone.intersect(&Ray { origin: Vec3::new(0.1, 9.0, 0.0), direction: Vec3::Y }), None);
+        assert_eq!(cone.intersect(&Ray { origin: Vec3::new(0.1, 9.0, 0.0), direction: Vec3::Y, time: 0.0 }), None);
     }
 
     #[test]

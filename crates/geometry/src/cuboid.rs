@@ -106,7 +106,9 @@ mod tests {
         let cuboid = Cuboid { half: Vec3::new(1.0, 2.0, 3.0) };
         for (direction, half) in [(Vec3::X, 1.0), (Vec3::Y, 2.0), (Vec3::Z, 3.0)] {
             let face = direction.to_array().iter().position(|&x| x != 0.0).unwrap() as u32 * 2;
-            let from = |t: f32| cuboid.intersect(&Ray { origin: direction * t, direction }).map(|h| (h.t, h.primitive));
+            let from = |t: f32| {
+                cuboid.intersect(&Ray { origin: direction * t, direction, time: 0.0 }).map(|h| (h.t, h.primitive))
+            };
             assert_eq!(from(-10.0), Some((10.0 - half, face)));
             assert_eq!(from(0.0), Some((half, face + 1)));
             assert_eq!(from(10.0), None);

@@ -120,7 +120,7 @@ mod tests {
             (Vec3::new(6.0, 4.0, 0.0), Vec3::new(-4.0, -4.0, 0.0), Some((1.0, 0))),
             (Vec3::new(5.0, 3.5, 0.0), Vec3::NEG_X, None),
         ] {
-            let hit = cylinder.intersect(&Ray { origin, direction }).map(|h| (h.t, h.primitive));
+            let hit = cylinder.intersect(&Ray { origin, direction, time: 0.0 }).map(|h| (h.t, h.primitive));
             assert_eq!(hit, expected, "{origin} {direction}");
         }
     }

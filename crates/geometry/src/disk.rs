@@ -85,7 +85,7 @@ mod tests {
     fn is_a_ring_with_a_hole() {
         let disk = Disk { radius: 2.0, inner_radius: 1.0 };
         for (x, hit) in [(0.0, false), (0.99, false), (1.01, true), (1.99, true), (2.01, false)] {
-            let ray = Ray { origin: Vec3::new(0.6 * x, 0.8 * x, 1.0), direction: Vec3::NEG_Z };
+            let ray = Ray { origin: Vec3::new(0.6 * x, 0.8 * x, 1.0), direction: Vec3::NEG_Z, time: 0.0 };
             assert_eq!(disk.intersect(&ray).is_some(), hit, "{x}");
         }
         assert!(disk.validate().is_ok());

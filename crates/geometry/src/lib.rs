@@ -17,11 +17,18 @@
 //! let shapes = [ShapeRef { kind: ShapeKind::Sphere, row: 0 }];
 //! let object_to_world = [Affine::translation(Vec3::new(0.0, 3.0, 0.0))];
 //! let world_to_object = [object_to_world[0].inverse()?];
-//! let instances = Instances { world_to_object: &world_to_object, shapes: &shapes, table: &table, mesh_trees: &[] };
+//! let instances = Instances {
+//!     world_to_object: &world_to_object,
+//!     motions: Motions::NONE,
+//!     shapes: &shapes,
+//!     table: &table,
+//!     mesh_trees: &[],
+//! };
 //! let (top, planes) = (TopTree::build(&instances, TreeBuilder::default())?, instances.planes());
 //! let scene = SceneGeometry {
 //!     object_to_world: &object_to_world,
 //!     world_to_object: &world_to_object,
+//!     motions: Motions::NONE,
 //!     shapes: &shapes,
 //!     table: &table,
 //!     mesh_trees: &[],
@@ -30,8 +37,8 @@
 //! };
 //!
 //! // One ray, from the ground straight up.
-//! let ray = Ray { origin: Vec3::ZERO, direction: Vec3::Y };
-//! let rays = Rays { origin: [&[0.0], &[0.0], &[0.0]], direction: [&[0.0], &[1.0], &[0.0]] };
+//! let ray = Ray { origin: Vec3::ZERO, direction: Vec3::Y, time: 0.0 };
+//! let rays = Rays { origin: [&[0.0], &[0.0], &[0.0]], direction: [&[0.0], &[1.0], &[0.0]], time: &[] };
 //! let mut hits = HitColumns::new();
 //! hits.resize(1, Hit::miss());
 //! closest_hits(&scene, Level::detect(), rays, hits.view_mut());
@@ -51,6 +58,7 @@ mod cylinder;
 mod disk;
 mod hit;
 mod mesh;
+mod motion;
 mod plane;
 mod prefetch;
 mod quad;
@@ -76,6 +84,7 @@ pub use cylinder::Cylinder;
 pub use disk::Disk;
 pub use hit::{Hit, HitColumns, HitsView, HitsViewMut, MISS};
 pub use mesh::{MOST_TRIANGLES, MeshError, TriangleMesh};
+pub use motion::{Motion, Motions, Place};
 pub use plane::Plane;
 pub use quad::Quad;
 pub use ray::{Ray, Rays};

@@ -47,7 +47,7 @@ mod tests {
 
     #[test]
     fn is_seen_from_both_sides_and_not_from_within() {
-        let hit = |origin: Vec3, direction: Vec3| Plane.intersect(&Ray { origin, direction }).map(|h| h.t);
+        let hit = |origin: Vec3, direction: Vec3| Plane.intersect(&Ray { origin, direction, time: 0.0 }).map(|h| h.t);
         assert_eq!(hit(Vec3::new(7.0, 3.0, 0.0), Vec3::NEG_Y), Some(3.0));
         assert_eq!(hit(Vec3::new(7.0, -3.0, 0.0), Vec3::new(1.0, 0.5, 0.0)), Some(6.0));
         assert_eq!(hit(Vec3::new(7.0, 3.0, 0.0), Vec3::X), None);

@@ -69,7 +69,7 @@ mod tests {
     fn ends_at_its_edges() {
         let quad = Quad { half: Vec2::new(2.0, 1.0) };
         for (x, y, hit) in [(1.99, 0.0, true), (2.01, 0.0, false), (0.0, -0.99, true), (0.0, -1.01, false)] {
-            let ray = Ray { origin: Vec3::new(x, y, -4.0), direction: Vec3::Z };
+            let ray = Ray { origin: Vec3::new(x, y, -4.0), direction: Vec3::Z, time: 0.0 };
             assert_eq!(quad.intersect(&ray).map(|h| h.t), hit.then_some(4.0), "{x} {y}");
         }
         let surface = quad.surface(DVec3::new(-2.0, 0.5, 1e-9), 0, DVec3::ZERO);

@@ -10,6 +10,8 @@ pub struct Ray {
     pub origin: Vec3,
     /// Where it goes.
     pub direction: Vec3,
+    /// When it looks, 0 ≤ time < 1 of the shutter's time: where it meets what moves.
+    pub time: f32,
 }
 
 impl Ray {
@@ -27,6 +29,8 @@ pub struct Rays<'a> {
     pub origin: [&'a [f32]; 3],
     /// x, y and z of the directions.
     pub direction: [&'a [f32]; 3],
+    /// When they look. May be empty: then all look when the shutter opens.
+    pub time: &'a [f32],
 }
 
 impl<'a> Rays<'a> {
@@ -46,7 +50,13 @@ impl<'a> Rays<'a> {
     #[inline(always)]
     pub fn get(&self, index: usize) -> Ray {
         let row = |columns: &[&[f32]; 3]| Vec3::new(columns[0][index], columns[1][index], columns[2][index]);
-        Ray { origin: row(&self.origin), direction: row(&self.direction) }
+        Ray { origin: row(&self.origin), direction: row(&self.direction), time: self.time_of(index) }
+    }
+
+    /// When ray `index` looks.
+    #[inline(always)]
+    pub(crate) fn time_of(&self, index: usize) -> f32 {
+        self.time.get(index).copied().unwrap_or(0.0)
     }
 
     /// The rays of a range; panics beyond the end.
@@ -54,6 +64,7 @@ impl<'a> Rays<'a> {
         Rays {
             origin: self.origin.map(|column| &column[range.clone()]),
             direction: self.direction.map(|column| &column[range.clone()]),
+            time: if self.time.is_empty() { &[] } else { &self.time[range] },
         }
     }
 }

@@ -1,6 +1,7 @@
 //! The scene as traversal sees it.
 
 use crate::hit::Hit;
+use crate::motion::{Motions, Place};
 use crate::ray::Ray;
 use crate::shape::{ShapeRef, ShapeTable};
 use crate::transform::Affine;
@@ -15,6 +16,8 @@ pub struct SceneGeometry<'a> {
     pub object_to_world: &'a [Affine],
     /// The inverse: what rays are mapped by, and so what says where a shape is.
     pub world_to_object: &'a [Affine],
+    /// What moves, and how: of that, the columns hold where it is when the shutter opens.
+    pub motions: &'a Motions,
     /// The shape of each instance.
     pub shapes: &'a [ShapeRef],
     /// The shapes.
@@ -32,9 +35,25 @@ impl<'a> SceneGeometry<'a> {
     pub fn instances(&self) -> Instances<'a> {
         Instances {
             world_to_object: self.world_to_object,
+            motions: self.motions,
             shapes: self.shapes,
             table: self.table,
             mesh_trees: self.mesh_trees,
+        }
+    }
+
+    /// The maps of an instance at a moment, from object to world space and back; `moved` is where they stand if it moves.
+    #[inline(always)]
+    pub fn place_at<'p>(&'p self, instance: u32, time: f32, moved: &'p mut Option<Place>) -> (&'p Affine, &'p Affine) {
+        self.motions.maps_at(instance, time, [self.object_to_world, self.world_to_object], moved)
+    }
+
+    /// A ray as the shape of an instance sees it.
+    #[inline(always)]
+    pub(crate) fn local_ray(&self, instance: u32, ray: &Ray) -> Ray {
+        match self.motions.at(instance, ray.time) {
+            Some(place) => place.world_to_object.ray(ray),
+            None => self.world_to_object[instance as usize].ray(ray),
         }
     }
 
@@ -43,6 +62,7 @@ impl<'a> SceneGeometry<'a> {
         if self.object_to_world.len() != self.shapes.len() {
             return Err("columns of instances differ in length".to_string());
         }
+        self.motions.validate(self.shapes.len())?;
         self.top.validate(&self.instances())?;
         if self.planes != self.instances().planes() {
             return Err("the list of planes is stale".to_string());
@@ -72,7 +92,7 @@ impl<'a> SceneGeometry<'a> {
     /// Calls with the nearest hit of an analytic shape, or with the hit of every triangle of a mesh.
     fn each_hit(&self, ray: &Ray, instance: u32, mut found: impl FnMut(Hit)) {
         let shape = self.shapes[instance as usize];
-        let local = self.world_to_object[instance as usize].ray(ray);
+        let local = self.local_ray(instance, ray);
         let mut place = |hit: crate::LocalHit| {
             found(Hit { t: hit.t, u: hit.u, v: hit.v, instance, primitive: hit.primitive });
         };

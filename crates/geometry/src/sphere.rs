@@ -106,7 +106,11 @@ mod tests {
             (Vec3::new(5.0, 2.5, 0.0), Vec3::NEG_X, None),
             (Vec3::new(0.0, 0.0, -1e6), Vec3::Z, Some(1e6 - 2.0)),
         ] {
-            assert_eq!(sphere.intersect(&Ray { origin, direction }).map(|h| h.t), expected, "{origin} {direction}");
+            assert_eq!(
+                sphere.intersect(&Ray { origin, direction, time: 0.0 }).map(|h| h.t),
+                expected,
+                "{origin} {direction}"
+            );
         }
     }
 

@@ -39,10 +39,10 @@ pub struct SurfacePoint {
 }
 
 impl SurfacePoint {
-    /// The point as a place on what was hit.
+    /// The point as a place on what was hit at some time.
     #[inline(always)]
-    pub fn place(&self, instance: u32, primitive: u32) -> SurfacePlace {
-        SurfacePlace { instance, primitive, position: self.position, uv: self.uv, width: 0.0 }
+    pub fn place(&self, instance: u32, primitive: u32, time: f32) -> SurfacePlace {
+        SurfacePlace { instance, primitive, position: self.position, uv: self.uv, width: 0.0, time }
     }
 }
 
@@ -51,9 +51,9 @@ pub(crate) const HALF_ULP: f64 = 1.0 / (1 << 24) as f64;
 
 /// The surface at a hit of [`closest_hits`](crate::closest_hits), which must not be a miss; panics on one.
 pub fn surface(scene: &SceneGeometry<'_>, ray: &Ray, hit: &Hit) -> SurfacePoint {
-    let instance = hit.instance as usize;
-    let (to_world, to_object) = (&scene.object_to_world[instance], &scene.world_to_object[instance]);
-    with_shape!(scene.table, scene.shapes[instance],
+    let mut moved = None;
+    let (to_world, to_object) = scene.place_at(hit.instance, ray.time, &mut moved);
+    with_shape!(scene.table, scene.shapes[hit.instance as usize],
         analytic => {
             let (point, rounding) = meeting(to_world, to_object, ray, hit.t);
             let bounds = analytic.bounds();
@@ -78,12 +78,11 @@ fn meeting(to_world: &Affine, to_object: &Affine, ray: &Ray, t: f32) -> (DVec3, 
 /// [`surface`] takes.
 #[inline]
 pub fn meets_front(scene: &SceneGeometry<'_>, ray: &Ray, hit: &Hit) -> bool {
-    let instance = hit.instance as usize;
-    with_shape!(scene.table, scene.shapes[instance],
+    with_shape!(scene.table, scene.shapes[hit.instance as usize],
         _analytic => surface(scene, ray, hit).geometric_normal.dot(ray.direction) < 0.0,
         mesh => {
             // Normals and directions go to and fro in such a way that what faces what stays.
-            let direction = scene.world_to_object[instance].vector(ray.direction).as_dvec3();
+            let direction = scene.local_ray(hit.instance, ray).direction.as_dvec3();
             let [a, b, c] = scene.table.meshes[mesh].corners(hit.primitive as usize).map(|corner| corner.as_dvec3());
             (b - a).cross(c - a).dot(direction) < 0.0
         }

@@ -46,11 +46,11 @@ dispatch! {
             if hit.is_miss() {
                 continue;
             }
-            let instance = hit.instance as usize;
-            with_shape!(scene.table, scene.shapes[instance],
+            with_shape!(scene.table, scene.shapes[hit.instance as usize],
                 _analytic => points[row] = surface(scene, &rays.get(row), &hit),
                 mesh => {
-                    let (to_world, to_object) = (&scene.object_to_world[instance], &scene.world_to_object[instance]);
+                    let mut moved = None;
+                    let (to_world, to_object) = scene.place_at(hit.instance, rays.time_of(row), &mut moved);
                     let mesh = &scene.table.meshes[mesh];
                     block.gather(row, &MeshHit::new(mesh, to_world, to_object, &rays.get(row), &hit));
                     if block.len == LANES {
@@ -137,7 +137,7 @@ fn find_all(numbers: &Numbers<f32, NUMBERS>, found: &mut Numbers<f32, FOUND>) {
         let hit = MeshHit {
             to_world: numbers.map(TO_WORLD, lane),
             to_object: numbers.map(TO_OBJECT, lane),
-            ray: Ray { origin: vector(ORIGIN), direction: vector(DIRECTION) },
+            ray: Ray { origin: vector(ORIGIN), direction: vector(DIRECTION), time: 0.0 },
             t: numbers.0[T][lane],
             weights: numbers.take(WEIGHTS, lane),
             corners: [vector(CORNERS), vector(CORNERS + 3), vector(CORNERS + 6)],

@@ -194,13 +194,14 @@ mod tests {
     fn is_crossed_four_times_through_the_middle() {
         let torus = Torus { major_radius: 2.0, minor_radius: 0.5 };
         for (x, expected) in [(-5.0, 2.5), (-2.0, 0.5), (-1.0, 2.5), (2.0, 0.5)] {
-            let hit = torus.intersect(&Ray { origin: Vec3::new(x, 0.0, 0.0), direction: Vec3::X });
+            let hit = torus.intersect(&Ray { origin: Vec3::new(x, 0.0, 0.0), direction: Vec3::X, time: 0.0 });
             assert!((hit.unwrap().t - expected).abs() < 1e-6, "{x}: {hit:?}");
         }
-        assert_eq!(torus.intersect(&Ray { origin: Vec3::new(2.6, 0.0, 0.0), direction: Vec3::X }), None);
+        assert_eq!(torus.intersect(&Ray { origin: Vec3::new(2.6, 0.0, 0.0), direction: Vec3::X, time: 0.0 }), None);
         // Through the hole, and along the axis of the tube's top.
-        assert_eq!(torus.intersect(&Ray { origin: Vec3::new(1.0, 9.0, 1.0), direction: Vec3::NEG_Y }), None);
-        let top = torus.intersect(&Ray { origin: Vec3::new(2.0, 9.0, 0.0), direction: Vec3::NEG_Y }).unwrap();
+        assert_eq!(torus.intersect(&Ray { origin: Vec3::new(1.0, 9.0, 1.0), direction: Vec3::NEG_Y, time: 0.0 }), None);
+        let top =
+            torus.intersect(&Ray { origin: Vec3::new(2.0, 9.0, 0.0), direction: Vec3::NEG_Y, time: 0.0 }).unwrap();
         assert!((top.t - 8.5).abs() < 1e-5);
     }
 

@@ -22,6 +22,8 @@ pub enum TransformError {
     NotAffine,
     /// It flattens space, or its inverse does not fit f32.
     Singular,
+    /// It has an inverse where it begins and where it ends, but not on the way, or hardly any.
+    FlatOnTheWay,
 }
 
 impl std::fmt::Display for TransformError {
@@ -29,6 +31,7 @@ impl std::fmt::Display for TransformError {
         f.write_str(match self {
             TransformError::NotAffine => "the transform is not finite or not affine",
             TransformError::Singular => "the transform flattens space, so it has no inverse",
+            TransformError::FlatOnTheWay => "the motion flattens space on its way, or all but",
         })
     }
 }
@@ -79,9 +82,7 @@ impl Affine {
     pub fn inverse(&self) -> Result<Affine, TransformError> {
         self.finite()?;
         let (linear, translation) = self.inverse_f64().ok_or(TransformError::Singular)?;
-        let columns = [linear.x_axis, linear.y_axis, linear.z_axis, translation];
-        let rows = std::array::from_fn(|row| std::array::from_fn(|column| columns[column][row] as f32));
-        let inverse = Affine { rows };
+        let inverse = Affine::from_f64(&linear, translation);
         if inverse.finite().is_err() || inverse.inverse_f64().is_none() {
             return Err(TransformError::Singular);
         }
@@ -103,6 +104,13 @@ impl Affine {
     pub(crate) fn to_f64(self) -> (DMat3, DVec3) {
         let column = |c: usize| DVec3::new(self.rows[0][c] as f64, self.rows[1][c] as f64, self.rows[2][c] as f64);
         (DMat3::from_cols(column(0), column(1), column(2)), column(3))
+    }
+
+    /// The map of a linear part and a translation, rounded.
+    #[inline(always)]
+    pub(crate) fn from_f64(linear: &DMat3, translation: DVec3) -> Affine {
+        let columns = [linear.x_axis, linear.y_axis, linear.z_axis, translation];
+        Affine { rows: std::array::from_fn(|row| std::array::from_fn(|column| columns[column][row] as f32)) }
     }
 
     /// Maps a point in f64.
@@ -142,7 +150,7 @@ impl Affine {
     /// Maps a ray; the direction is not normalized, so t keeps its meaning.
     #[inline(always)]
     pub fn ray(&self, ray: &Ray) -> Ray {
-        Ray { origin: self.point(ray.origin), direction: self.vector(ray.direction) }
+        Ray { origin: self.point(ray.origin), direction: self.vector(ray.direction), time: ray.time }
     }
 
     /// Maps a normal the way the *inverse* of this map moves surfaces: `world_to_object.normal_to_source(n)` takes a normal

@@ -116,16 +116,17 @@ mod tests {
     fn hits_have_their_weights() {
         for (x, y, u, v) in [(1.0, 1.0, 0.25, 0.25), (0.0, 0.0, 0.0, 0.0), (4.0, 0.0, 1.0, 0.0), (2.0, 2.0, 0.5, 0.5)] {
             for z in [3.0, -3.0] {
-                let ray = Ray { origin: Vec3::new(x, y, z), direction: Vec3::new(0.0, 0.0, -0.5 * z.signum()) };
+                let ray =
+                    Ray { origin: Vec3::new(x, y, z), direction: Vec3::new(0.0, 0.0, -0.5 * z.signum()), time: 0.0 };
                 let hit = intersect_triangle(&ray, CORNERS);
                 assert_eq!(hit, Some(LocalHit { t: 6.0, u, v, primitive: 0 }), "{x} {y}");
             }
         }
-        let beside = Ray { origin: Vec3::new(2.001, 2.0, 1.0), direction: Vec3::NEG_Z };
+        let beside = Ray { origin: Vec3::new(2.001, 2.0, 1.0), direction: Vec3::NEG_Z, time: 0.0 };
         assert_eq!(intersect_triangle(&beside, CORNERS), None);
-        let behind = Ray { origin: Vec3::new(1.0, 1.0, 1.0), direction: Vec3::Z };
+        let behind = Ray { origin: Vec3::new(1.0, 1.0, 1.0), direction: Vec3::Z, time: 0.0 };
         assert_eq!(intersect_triangle(&behind, CORNERS), None);
-        let within = Ray { origin: Vec3::new(-1.0, 1.0, 0.0), direction: Vec3::X };
+        let within = Ray { origin: Vec3::new(-1.0, 1.0, 0.0), direction: Vec3::X, time: 0.0 };
         assert_eq!(intersect_triangle(&within, CORNERS), None);
     }
 
@@ -133,12 +134,12 @@ mod tests {
     #[test]
     fn bad_rays_miss() {
         for bad in [f32::NAN, f32::INFINITY] {
-            let lost = Ray { origin: Vec3::splat(bad), direction: Vec3::Z };
+            let lost = Ray { origin: Vec3::splat(bad), direction: Vec3::Z, time: 0.0 };
             assert_eq!(intersect_triangle(&lost, CORNERS), None);
-            let aimless = Ray { origin: Vec3::new(1.0, 1.0, 3.0), direction: Vec3::splat(bad) };
+            let aimless = Ray { origin: Vec3::new(1.0, 1.0, 3.0), direction: Vec3::splat(bad), time: 0.0 };
             assert_eq!(intersect_triangle(&aimless, CORNERS), None);
         }
-        let still = Ray { origin: Vec3::new(1.0, 1.0, 3.0), direction: Vec3::ZERO };
+        let still = Ray { origin: Vec3::new(1.0, 1.0, 3.0), direction: Vec3::ZERO, time: 0.0 };
         assert_eq!(intersect_triangle(&still, CORNERS), None);
     }
 }

@@ -7,7 +7,7 @@ use glam::{Affine3A, Quat, Vec3};
 use crate::support::*;
 
 /// Rays from all around, from inside, along the axes, and some that are not rays.
-fn rays_for(scene: &Scene, random: &mut Random, count: usize) -> RayColumns {
+pub(crate) fn rays_for(scene: &Scene, random: &mut Random, count: usize) -> RayColumns {
     let bounds = scene.top.bounds();
     let (center, size) = if bounds.is_empty() {
         (Vec3::ZERO, 1.0)
@@ -25,18 +25,18 @@ fn rays_for(scene: &Scene, random: &mut Random, count: usize) -> RayColumns {
                 6 => -Vec3::AXES[random.below(3)],
                 _ => aimed,
             };
-            Ray { origin, direction }
+            Ray { origin, direction, time: 0.0 }
         })
         .collect();
     for bad in [f32::NAN, f32::INFINITY, 0.0] {
-        rays.push(Ray { origin: center, direction: Vec3::splat(bad) });
-        rays.push(Ray { origin: Vec3::new(bad, 0.0, 0.0), direction: Vec3::Y });
+        rays.push(Ray { origin: center, direction: Vec3::splat(bad), time: 0.0 });
+        rays.push(Ray { origin: Vec3::new(bad, 0.0, 0.0), direction: Vec3::Y, time: 0.0 });
     }
     rays
 }
 
 /// Every kernel on every level finds what brute force finds; any hit agrees with the nearest one.
-fn check(name: &str, scene: &Scene, rays: &RayColumns) {
+pub(crate) fn check(name: &str, scene: &Scene, rays: &RayColumns) {
     let rays = rays.view();
     let expected: Vec<Hit> = (0..rays.len()).map(|i| scene.geometry().brute_force(&rays.get(i))).collect();
     let bits = |hit: &Hit| (hit.t.to_bits(), hit.u.to_bits(), hit.v.to_bits(), hit.instance, hit.primitive);
@@ -77,7 +77,7 @@ fn check(name: &str, scene: &Scene, rays: &RayColumns) {
     }
 }
 
-fn every_kind(random: &mut Random, count: usize, spread: f32, size: f32) -> Scene {
+pub(crate) fn every_kind(random: &mut Random, count: usize, spread: f32, size: f32) -> Scene {
     let (mut scene, mut shapes) = Scene::with_every_analytic_shape();
     shapes.push(scene.mesh(ball(2, hills)));
     shapes.push(scene.mesh(soup(random, 100, 0.5)));
@@ -153,9 +153,9 @@ fn flat_scenes() {
     let mut rays = rays_for(&scene, &mut random, 1000);
     for _ in 0..1000 {
         let at = Vec3::new(random.below(16) as f32, random.below(16) as f32, 0.0);
-        rays.push(Ray { origin: at + Vec3::Z * 5.0, direction: Vec3::NEG_Z });
-        rays.push(Ray { origin: at, direction: Vec3::X });
-        rays.push(Ray { origin: at - Vec3::X * 7.0, direction: Vec3::X });
+        rays.push(Ray { origin: at + Vec3::Z * 5.0, direction: Vec3::NEG_Z, time: 0.0 });
+        rays.push(Ray { origin: at, direction: Vec3::X, time: 0.0 });
+        rays.push(Ray { origin: at - Vec3::X * 7.0, direction: Vec3::X, time: 0.0 });
     }
     check("flat", &scene, &rays);
 }
@@ -177,7 +177,7 @@ fn soups_of_slivers() {
             let [a, b] = [0, 1].map(|i| scene.object_to_world[0].point(corners[triangle + i]));
             let along = (b - a).normalize_or(Vec3::X);
             let direction = (along + random.cube() * 1e-5).normalize();
-            rays.push(Ray { origin: a - along * random.unit(), direction });
+            rays.push(Ray { origin: a - along * random.unit(), direction, time: 0.0 });
         }
         check(&format!("slivers of {size}"), &scene, &rays);
     }
@@ -232,7 +232,7 @@ fn cameras() {
             for i in 0..48 * 48 {
                 let at = |pixel: usize| (pixel as f32 / 48.0 - 0.5) * width;
                 let direction = (forward + right * at(i % 48) + up * at(i / 48)).normalize();
-                rays.push(Ray { origin: eye, direction });
+                rays.push(Ray { origin: eye, direction, time: 0.0 });
             }
         }
         check(name, &scene, &rays);

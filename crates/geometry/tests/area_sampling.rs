@@ -205,7 +205,7 @@ fn rays_toward_drawn_points_find_them() {
                 }
                 let target = offset_origin(&point, -to);
                 let to_target = target - viewer;
-                let ray = Ray { origin: viewer, direction: to_target.normalize() };
+                let ray = Ray { origin: viewer, direction: to_target.normalize(), time: 0.0 };
                 let hit = hit_of(&scene, &ray);
                 let free = hit.is_miss() || hit.t >= to_target.length() * (1.0 - f32::EPSILON);
                 blocked.check(free, || format!("{ray:?} to {point:?}: {hit:?}"));

@@ -8,6 +8,8 @@ mod area_sampling;
 mod building;
 /// Surfaces found for many rays at once are those found ray by ray, to the bit.
 mod many_at_once;
+/// What moves is met where it is at the ray's time, as in a still scene that is placed so.
+mod moving;
 /// Rays that leave a surface start on the right side of it, however they graze it and wherever it stands.
 mod spawning;
 /// Scenes and random numbers for the tests.

@@ -33,7 +33,7 @@ fn surfaces_of_a_batch_are_those_of_its_rays() {
     let rays: RayColumns = (0..5003)
         .map(|_| {
             let (origin, target) = (aim(&mut random) + 6.0 * random.direction(), aim(&mut random));
-            brewster_geometry::Ray { origin, direction: (target - origin).normalize() }
+            brewster_geometry::Ray { origin, direction: (target - origin).normalize(), time: 0.0 }
         })
         .collect();
     let hits = hits_of(&scene, Level::detect(), rays.view());

@@ -14,7 +14,7 @@ fn incoming(random: &mut Random, scene: &Scene, at: &Affine) -> Ray {
     let inside = random.cube() * 0.5 + 0.5;
     let target = at.point(bounds.min + (bounds.max - bounds.min) * inside);
     let origin = at.point(random.direction() * (bounds.max.length() * (1.5 + 3.0 * random.unit())));
-    Ray { origin, direction: (target - origin).normalize() }
+    Ray { origin, direction: (target - origin).normalize(), time: 0.0 }
 }
 
 /// One shape in one place, with what to call it.
@@ -60,7 +60,7 @@ fn rays_outward_miss() {
             let closed = scene.table.is_closed(scene.shapes[0]);
             let side = if closed { point.geometric_normal } else { point.geometric_normal * random.signed().signum() };
             let direction = grazing(&mut random, side);
-            let next = Ray { origin: offset_origin(&point, direction), direction };
+            let next = Ray { origin: offset_origin(&point, direction), direction, time: 0.0 };
             let again = hit_of(&scene, &next);
             // A direction is rounded; along a plane without end that shows, ten million errors away.
             let far = scene.shapes[0].kind == ShapeKind::Plane && again.t > 1e7 * point.error;
@@ -86,7 +86,7 @@ fn rays_inward_come_out_once() {
             }
             let point = surface(&scene.geometry(), &ray, &hit);
             let direction = grazing(&mut random, -point.geometric_normal);
-            let next = Ray { origin: offset_origin(&point, direction), direction };
+            let next = Ray { origin: offset_origin(&point, direction), direction, time: 0.0 };
             let other = hit_of(&scene, &next);
             tally.check(!other.is_miss(), || format!("leak: {ray:?} {hit:?} {point:?} {next:?}"));
             if other.is_miss() {
@@ -96,7 +96,7 @@ fn rays_inward_come_out_once() {
             let out = end.geometric_normal.dot(direction);
             tally.check(out > -1e-3, || format!("entered twice: {next:?} {other:?} {end:?}"));
             if out >= 0.0 {
-                let last = Ray { origin: offset_origin(&end, direction), direction };
+                let last = Ray { origin: offset_origin(&end, direction), direction, time: 0.0 };
                 let again = hit_of(&scene, &last);
                 tally.check(again.is_miss(), || format!("acne: {next:?} {other:?} {end:?} {last:?} {again:?}"));
             }

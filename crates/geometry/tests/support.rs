@@ -61,12 +61,14 @@ pub(crate) struct Scene {
     pub(crate) mesh_trees: Vec<MeshTree>,
     pub(crate) top: TopTree,
     pub(crate) planes: Vec<u32>,
+    pub(crate) motions: Motions,
 }
 
 impl Scene {
     pub(crate) fn instances(&self) -> Instances<'_> {
         Instances {
             world_to_object: &self.world_to_object,
+            motions: &self.motions,
             shapes: &self.shapes,
             table: &self.table,
             mesh_trees: &self.mesh_trees,
@@ -77,6 +79,7 @@ impl Scene {
         SceneGeometry {
             object_to_world: &self.object_to_world,
             world_to_object: &self.world_to_object,
+            motions: &self.motions,
             shapes: &self.shapes,
             table: &self.table,
             mesh_trees: &self.mesh_trees,
@@ -203,6 +206,7 @@ pub(crate) fn soup(random: &mut Random, count: usize, size: f32) -> TriangleMesh
 pub(crate) struct RayColumns {
     pub(crate) origin: [Vec<f32>; 3],
     pub(crate) direction: [Vec<f32>; 3],
+    pub(crate) time: Vec<f32>,
 }
 
 impl RayColumns {
@@ -211,10 +215,15 @@ impl RayColumns {
             self.origin[axis].push(ray.origin[axis]);
             self.direction[axis].push(ray.direction[axis]);
         }
+        self.time.push(ray.time);
     }
 
     pub(crate) fn view(&self) -> Rays<'_> {
-        Rays { origin: self.origin.each_ref().map(|c| &c[..]), direction: self.direction.each_ref().map(|c| &c[..]) }
+        Rays {
+            origin: self.origin.each_ref().map(|c| &c[..]),
+            direction: self.direction.each_ref().map(|c| &c[..]),
+            time: &self.time,
+        }
     }
 }
 

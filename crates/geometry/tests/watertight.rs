@@ -27,7 +27,7 @@ fn edges_and_vertices_let_nothing_through() {
                     let [a, b, _] = mesh.corners(random.below(mesh.triangles.len()));
                     let along = if i % 3 == 0 { 0.0 } else { random.unit() };
                     let origin = map.point(if i % 5 == 0 { Vec3::ZERO } else { random.cube() * 0.4 });
-                    Ray { origin, direction: (map.point(a + (b - a) * along) - origin).normalize() }
+                    Ray { origin, direction: (map.point(a + (b - a) * along) - origin).normalize(), time: 0.0 }
                 })
                 .collect();
             for level in Level::available() {
@@ -58,7 +58,7 @@ fn round_numbers_let_nothing_through() {
         for y in 0..=64 {
             for toward in [Vec3::ZERO, Vec3::new(0.25, -0.5, 0.0), Vec3::new(-4.0, 1.0, 0.0)] {
                 let target = Vec3::new(x as f32 / 8.0, y as f32 / 8.0, 0.0);
-                let ray = Ray { origin: target + Vec3::Z - toward, direction: toward - Vec3::Z };
+                let ray = Ray { origin: target + Vec3::Z - toward, direction: toward - Vec3::Z, time: 0.0 };
                 let hit = hit_of(&scene, &ray);
                 assert_eq!(hit.t, 1.0, "{ray:?}");
             }

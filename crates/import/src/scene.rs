@@ -40,6 +40,7 @@ pub(crate) struct Row {
     pub parent: Option<u32>,
     /// None for a definition, which is nowhere.
     pub transform: Option<Affine3A>,
+    pub motion: Option<Arc<world::Motion>>,
     pub shape: Part<world::Shape>,
     pub material: Part<world::Material>,
     /// Of its own material.
@@ -160,6 +161,7 @@ impl Row {
             name: None,
             parent: None,
             transform: Some(Affine3A::IDENTITY),
+            motion: None,
             shape: Part::None,
             material: Part::None,
             detail: None,
@@ -183,6 +185,7 @@ impl Row {
         if let Some(transform) = self.transform {
             changed |= put(&mut entity, Some(Transform(transform)));
         }
+        changed |= put_shared(&mut entity, self.motion.as_deref());
         let (shape, of) = self.shape.split();
         changed |= put_shared(&mut entity, shape);
         changed |= put(&mut entity, of.map(|row| UsesShape(entities[row as usize])));

@@ -10,7 +10,8 @@ use crate::albedo::Albedos;
 use crate::media::{MediaId, MediaStacks, Medium, media_around};
 use crate::pattern::pattern;
 use crate::policy::Policy;
-use crate::random::Sampler;
+use crate::queues::SamplesView;
+use crate::random::{Decision, PixelKey, Sampler};
 
 /// What every stage of a render reads; shared by all workers, written by none.
 #[derive(Clone, Debug)]
@@ -31,6 +32,8 @@ pub struct Context<'a> {
     pub sampler: Sampler,
     /// How `Path`'s samples lie around their pixel.
     pub filter: FilterSampler,
+    /// Whether anything moves while the shutter is open, be it the camera.
+    pub moves: bool,
     /// How wide a pixel is, in meters: at a distance of 0 and by how much more a meter. None where no texture looks otherwise from
     /// afar.
     pub pixel: Option<[f32; 2]>,
@@ -57,7 +60,7 @@ impl<'a> Context<'a> {
             PixelFilter::BlackmanHarris => Filter::BLACKMAN_HARRIS,
         })
         .expect("the built-in filters are valid");
-        let camera_media = media_around(scene, camera.position, policy.level);
+        let camera_media = media_around(scene, camera.position, 0.0, policy.level);
         let dielectrics = scene.materials.dielectric.view();
         let mut stacks = MediaStacks::default();
         let around = stacks.enter_all(&camera_media, &dielectrics);
@@ -73,6 +76,7 @@ impl<'a> Context<'a> {
             },
             sampler: Sampler::new(settings.sampler, settings.seed, settings.samples),
             filter,
+            moves: scene.moves() || !camera.motion.is_empty(),
             pixel: pixel(scene, camera),
             has_veils: scene.materials.details.iter().any(|detail| detail.opacity != Opacity::Opaque),
             has_fronts: scene.materials.details.iter().any(|detail| detail.front_only),
@@ -81,6 +85,20 @@ impl<'a> Context<'a> {
                     || (scene.materials.principled.view().transmission.iter()).any(|part| !part.is_zero())),
             albedos: (policy.ledger && settings.integrator == Integrator::Path).then(|| Albedos::new(scene)),
             policy,
+        }
+    }
+
+    /// When a sample of a pixel looks, 0 ≤ time < 1 of the shutter's time: all rays of its path look then, so that none has to carry it.
+    #[inline(always)]
+    pub fn time(&self, pixel: PixelKey, sample: u32) -> f32 {
+        if self.moves { self.sampler.one(self.sampler.stream(pixel, sample, 1), Decision::Time.at(0)) } else { 0.0 }
+    }
+
+    /// When rays of some samples look, for those that look for what moves; otherwise nothing.
+    pub fn times(&self, samples: SamplesView<'_>, of: &[u32], times: &mut Vec<f32>) {
+        times.clear();
+        if !self.scene.motions.is_empty() {
+            times.extend(of.iter().map(|&sample| samples.time(self, sample)));
         }
     }
 
@@ -98,7 +116,7 @@ impl<'a> Context<'a> {
         match self.pixel {
             None => place,
             Some([width, growth]) => {
-                let distance = (place.position - self.camera.position).length();
+                let distance = (place.position - self.camera.frame(place.time).position).length();
                 SurfacePlace { width: 0.5 * (width + growth * distance), ..place }
             }
         }

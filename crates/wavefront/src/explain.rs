@@ -406,16 +406,17 @@ impl Found {
 fn met(context: &Context<'_>, batch: &mut Batch, (ray, hit): (&PathRay, &Hit), depth: u32) -> Met {
     let Batch { samples, stacks, .. } = batch;
     let stream = || samples.view().stream(&context.sampler, ray.sample, ray.branch);
-    let (kind, hit) =
-        match arrive(context, (ray, 0), (hit, |ray: &_| surface(&context.geometry, ray, hit)), depth, stream, stacks) {
-            Arrival::Nothing => return Met::Nothing,
-            Arrival::NoBoundary(_) => {
-                let position = surface(&context.geometry, &ray.ray(), hit).position;
-                return Met::NoBoundary { instance: hit.instance, position };
-            }
-            Arrival::Surface(kind, hit) => (kind, hit),
-        };
-    let direction = ray.ray().direction;
+    let time = samples.view().time(context, ray.sample);
+    let found = (hit, |ray: &_| surface(&context.geometry, ray, hit));
+    let (kind, hit) = match arrive(context, (ray, 0, time), found, depth, stream, stacks) {
+        Arrival::Nothing => return Met::Nothing,
+        Arrival::NoBoundary(_) => {
+            let position = surface(&context.geometry, &ray.ray(time), hit).position;
+            return Met::NoBoundary { instance: hit.instance, position };
+        }
+        Arrival::Surface(kind, hit) => (kind, hit),
+    };
+    let direction = ray.direction();
     let (_, normal) = facing_normals(&hit, direction);
     let cosine = (-direction.dot(normal)).clamp(0.0, 1.0);
     let dielectrics = context.scene.materials.dielectric.view();
@@ -491,14 +492,19 @@ fn toward(context: &Context<'_>, batch: &mut Batch, ray: &ShadowRay, depth: u32)
         let light = settle(context, depth, &contribution, sample, &mut attribution, &mut counts);
         Found::new(&contribution, light)
     });
-    Toward { source: source_of(context, ray), distance: ray.distance, sent: ray.contribution, found }
+    Toward {
+        source: source_of(context, ray, samples.view().time(context, ray.sample)),
+        distance: ray.distance,
+        sent: ray.contribution,
+        found,
+    }
 }
 
 /// What a shadow ray was sent to: the light in its direction, or the surface at its end, or the background.
-fn source_of(context: &Context<'_>, shadow: &ShadowRay) -> LightSource {
-    let (scene, ray) = (context.scene, shadow.ray());
+fn source_of(context: &Context<'_>, shadow: &ShadowRay, time: f32) -> LightSource {
+    let (scene, ray) = (context.scene, shadow.ray(time));
     let is_toward = |row: &usize| {
-        let seen = scene.lights.get(*row).illuminate(ray.origin);
+        let seen = scene.light_at(*row, time).illuminate(ray.origin);
         let far = shadow.distance == f32::INFINITY;
         let ends_there = far == (seen.distance == f32::INFINITY) && (far || seen.distance < 1.001 * shadow.distance);
         ends_there && seen.direction.distance(ray.direction) < 1e-5
@@ -510,7 +516,7 @@ fn source_of(context: &Context<'_>, shadow: &ShadowRay) -> LightSource {
         return LightSource::Background;
     }
     let mut memory = RayMemory::default();
-    let beyond = Ray { origin: ray.at(shadow.distance), direction: ray.direction };
+    let beyond = Ray { origin: ray.at(shadow.distance), direction: ray.direction, time };
     let hit = RayByRay::new(context.geometry, context.policy.level, &mut memory).closest_hit(&beyond);
     if hit.is_miss() { LightSource::Background } else { LightSource::Emitter(hit.instance) }
 }

@@ -24,6 +24,7 @@
 //!     focus_distance: 1.0,
 //!     blades: 0,
 //!     key: 0,
+//!     motion: Vec::new(),
 //! });
 //!
 //! let mut film = Film::new(PixelOrder::new(4, 2, None)?);

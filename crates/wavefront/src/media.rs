@@ -212,9 +212,9 @@ impl MediaStacks {
     }
 }
 
-/// The media that a point is inside of, the outermost first: found by a ray that follows one direction to the end and
+/// The media that a point is inside of at a moment of the shutter, the outermost first: found by a ray that follows one direction to the end and
 /// counts the boundaries of dielectrics that it leaves without having entered them.
-pub fn media_around(scene: &SceneBuffers, point: Vec3, level: Level) -> Vec<Medium> {
+pub fn media_around(scene: &SceneBuffers, point: Vec3, time: f32, level: Level) -> Vec<Medium> {
     let geometry = scene.geometry();
     // No axis of symmetry of anything likely: edges and tangents are met by chance only.
     let direction = Vec3::new(0.36, 0.86, 0.361_663_8).normalize();
@@ -227,6 +227,7 @@ pub fn media_around(scene: &SceneBuffers, point: Vec3, level: Level) -> Vec<Medi
         let rays = Rays {
             origin: [&[origin.x], &[origin.y], &[origin.z]],
             direction: [&[direction.x], &[direction.y], &[direction.z]],
+            time: &[time],
         };
         closest_hits(&geometry, level, rays, hits.view_mut());
         let hit = hits.get(0);

@@ -136,7 +136,7 @@ impl Beside for OtherModel<'_, '_, '_> {
         mark * factor
     }
 
-    fn met(&self, ray: &ShadowRay, hit: &Hit, met: &Met, mark: Vec3, stacks: &mut MediaStacks) -> Vec3 {
+    fn met(&self, ray: &ShadowRay, hit: (&Hit, f32), met: &Met, mark: Vec3, stacks: &mut MediaStacks) -> Vec3 {
         match (met, meet(&self.contexts[1], ray, hit, stacks)) {
             (Met::Passed(exact), Met::Passed(other)) => {
                 let is_light = exact.contribution.cmpgt(Vec3::ZERO);

@@ -8,11 +8,13 @@ use std::time::Instant;
 
 use brewster_buffers::{Camera, Integrator, SceneBuffers};
 use brewster_film::Film;
+use brewster_lanes::Level;
 
 use crate::adaptive::{next_look, unfinished};
 use crate::batch::Batch;
 use crate::context::Context;
 use crate::integrator::{megakernel, path, whitted};
+use crate::media::media_around;
 use crate::policy::{Executor, Policy};
 use crate::stats::{Recorder, Span, Stats};
 use crate::survey::Survey;
@@ -29,6 +31,8 @@ pub enum Unsupported {
         /// What it is, in words.
         what: &'static str,
     },
+    /// The camera goes through the boundary of a medium while the shutter is open, or that boundary past the camera.
+    MediaAtCamera,
     /// The pool of threads could not be started.
     Threads(String),
 }
@@ -45,6 +49,9 @@ impl fmt::Display for Unsupported {
                 };
                 write!(f, "the integrator {integrator:?} does not render {what}; {other:?} does")
             }
+            Unsupported::MediaAtCamera => {
+                write!(f, "the camera goes into a dielectric, or comes out of it, while the shutter is open")
+            }
             Unsupported::Threads(why) => write!(f, "cannot start the threads: {why}"),
         }
     }
@@ -54,6 +61,7 @@ impl std::error::Error for Unsupported {}
 
 /// What the integrator does not render; the table at the head of [`integrator`](crate::integrator) says it in full.
 pub(crate) fn check_integrator(scene: &SceneBuffers, camera: &Camera) -> Result<(), Unsupported> {
+    check_media(scene, camera)?;
     let (metal, dielectric) = (scene.materials.metal.view(), scene.materials.dielectric.view());
     let cases = match scene.settings.integrator {
         Integrator::Whitted => vec![
@@ -74,6 +82,20 @@ pub(crate) fn check_integrator(scene: &SceneBuffers, camera: &Camera) -> Result<
         .into_iter()
         .find(|(holds, _)| *holds)
         .map_or(Ok(()), |(_, what)| Err(Unsupported::Feature { integrator, what }))
+}
+
+/// Whether the camera stays in its media while the shutter is open: rays begin in those around it when that opens.
+fn check_media(scene: &SceneBuffers, camera: &Camera) -> Result<(), Unsupported> {
+    const LOOKS: u32 = 32;
+    if !scene.moves() && camera.motion.is_empty() {
+        return Ok(());
+    }
+    let around = |look: u32| {
+        let time = (look as f32 / LOOKS as f32).min(1.0f32.next_down());
+        media_around(scene, camera.frame(time).position, time, Level::detect())
+    };
+    let first = around(0);
+    if (1..=LOOKS).all(|look| around(look) == first) { Ok(()) } else { Err(Unsupported::MediaAtCamera) }
 }
 
 /// What a render and those who watch it tell each other, from any thread.

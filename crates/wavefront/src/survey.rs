@@ -6,7 +6,7 @@
 use brewster_geometry::{HitsView, Visits, visits, visits_until_blocked};
 
 use crate::context::Context;
-use crate::queues::{NO_INSTANCE, PathRaysView, RaySource, ShadowQueue};
+use crate::queues::{NO_INSTANCE, PathRaysView, RaySource, SamplesView, ShadowQueue};
 use crate::stages::octant;
 use crate::stats::Stage;
 
@@ -111,7 +111,7 @@ impl Survey {
         &mut self,
         context: &Context<'_>,
         (depth, source): (u32, RaySource),
-        rays: PathRaysView<'_>,
+        (rays, samples): (PathRaysView<'_>, SamplesView<'_>),
         hits: HitsView<'_>,
     ) {
         let at = &mut self.depths[depth as usize][source as usize];
@@ -125,7 +125,8 @@ impl Survey {
             instance => materials[instance as usize].0,
         }));
         for row in 0..rays.len() {
-            add(&mut at.visits, visits(&context.geometry, &rays.get(row).ray()));
+            let ray = rays.get(row).ray(samples.time(context, rays.sample[row]));
+            add(&mut at.visits, visits(&context.geometry, &ray));
         }
     }
 
@@ -134,14 +135,16 @@ impl Survey {
         &mut self,
         context: &Context<'_>,
         (depth, source): (u32, RaySource),
-        queue: &ShadowQueue,
+        (queue, samples): (&ShadowQueue, SamplesView<'_>),
     ) {
         let at = &mut self.depths[depth as usize][source as usize];
         let rays = queue.view();
         at.shadow_rays += rays.len() as u64;
         for row in 0..rays.len() {
             let ray = rays.get(row);
-            add(&mut at.shadow_visits, visits_until_blocked(&context.geometry, &ray.ray(), ray.distance));
+            let visits =
+                visits_until_blocked(&context.geometry, &ray.ray(samples.time(context, ray.sample)), ray.distance);
+            add(&mut at.shadow_visits, visits);
         }
     }
 }

@@ -157,7 +157,7 @@ fn assert_same(edited: &SceneBuffers, fresh: &SceneBuffers, after: &str) {
     let hits = [edited, fresh].map(|buffers| {
         let mut hits = HitColumns::new();
         hits.resize(ox.len(), Hit::miss());
-        let rays = Rays { origin: [ox, oy, oz], direction: [dx, dy, dz] };
+        let rays = Rays { origin: [ox, oy, oz], direction: [dx, dy, dz], time: &[] };
         closest_hits(&buffers.geometry(), Level::detect(), rays, hits.view_mut());
         hits
     });

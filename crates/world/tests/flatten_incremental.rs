@@ -45,7 +45,7 @@ fn fresh(scene: &Scene) -> Scene {
                 }
             )*};
         }
-        copy!(SceneKey, Transform, Shape, Material, Detail, Light, Camera, Name);
+        copy!(SceneKey, Transform, Shape, Material, Detail, Light, Camera, Motion, Name);
         if let Some(uses) = old.get::<UsesShape>(entity) {
             new.insert(UsesShape(twin(uses.0)));
         }
@@ -79,11 +79,13 @@ fn all_entities(scene: &Scene) -> Vec<Entity> {
 fn columns(buffers: &SceneBuffers) -> Vec<(&'static str, String)> {
     let SceneBuffers {
         instances,
+        motions,
         shapes,
         trees,
         materials,
         textures,
         lights,
+        light_motions,
         emitters,
         ambient,
         cameras,
@@ -92,6 +94,7 @@ fn columns(buffers: &SceneBuffers) -> Vec<(&'static str, String)> {
     } = buffers;
     vec![
         ("instances", format!("{instances:?}")),
+        ("motions", format!("{motions:?} {light_motions:?}")),
         ("shapes", format!("{shapes:?}")),
         ("mesh trees", format!("{:?}", trees.meshes)),
         ("planes", format!("{:?}", trees.planes)),
@@ -106,21 +109,22 @@ fn columns(buffers: &SceneBuffers) -> Vec<(&'static str, String)> {
 
 /// The nearest hits of random rays.
 fn hits(buffers: &SceneBuffers, rays: usize, random: &mut Random) -> HitColumns {
-    let mut columns: [Vec<f32>; 6] = Default::default();
+    let mut columns: [Vec<f32>; 7] = Default::default();
     for _ in 0..rays {
         let (origin, direction) = (random.vector(8.0), random.direction());
         for axis in 0..3 {
             columns[axis].push(origin[axis]);
             columns[3 + axis].push(direction[axis]);
         }
+        columns[6].push(random.unit());
     }
-    let [ox, oy, oz, dx, dy, dz] = &columns;
+    let [ox, oy, oz, dx, dy, dz, time] = &columns;
     let mut hits = HitColumns::new();
     hits.resize(rays, Hit::miss());
     closest_hits(
         &buffers.geometry(),
         Level::detect(),
-        Rays { origin: [ox, oy, oz], direction: [dx, dy, dz] },
+        Rays { origin: [ox, oy, oz], direction: [dx, dy, dz], time },
         hits.view_mut(),
     );
     hits
@@ -374,6 +378,16 @@ impl Editor {
         }
     }
 
+    /// Shifts, turns of one, four or sixteen steps, and now and then one that cannot be.
+    fn motion(&mut self) -> Motion {
+        let random = &mut self.random;
+        if random.below(20) == 0 {
+            return Motion::through([Affine3A::from_rotation_z(std::f32::consts::PI)]).unwrap();
+        }
+        let (by, axis, angle) = (random.vector(1.0), random.direction(), [0.0, 0.3, 1.4][random.below(3)]);
+        Motion::turning(angle, |s| Affine3A::from_rotation_translation(Quat::from_axis_angle(axis, angle * s), by * s))
+    }
+
     fn camera(&mut self) -> Camera {
         Camera { projection: Projection::Perspective { vfov: 0.1 + self.random.unit() }, lens: None }
     }
@@ -394,7 +408,7 @@ impl Editor {
     /// Gives an entity one more component, or another one of a kind that it has.
     fn insert(&mut self, entity: Entity) {
         let other = self.any().unwrap_or(entity);
-        match self.random.below(10) {
+        match self.random.below(12) {
             0 | 1 => {
                 let shape = self.shape();
                 self.world().entity_mut(entity).insert(shape);
@@ -408,6 +422,10 @@ impl Editor {
             }
             5 | 6 => {
                 self.world().entity_mut(entity).insert(UsesMaterial(other));
+            }
+            10 | 11 => {
+                let motion = self.motion();
+                self.world().entity_mut(entity).insert(motion);
             }
             8 => {
                 let detail = self.detail();
@@ -425,7 +443,7 @@ impl Editor {
     }
 
     fn remove(&mut self, entity: Entity) {
-        let kind = self.random.below(9);
+        let kind = self.random.below(10);
         let mut entity = self.world().entity_mut(entity);
         match kind {
             0 => entity.remove::<Shape>(),
@@ -436,6 +454,7 @@ impl Editor {
             5 => entity.remove::<Camera>(),
             6 => entity.remove::<Name>(),
             7 => entity.remove::<Detail>(),
+            8 => entity.remove::<Motion>(),
             _ => entity.remove::<ChildOf>(),
         };
     }

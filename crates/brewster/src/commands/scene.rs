@@ -32,6 +32,9 @@ pub(crate) struct SceneArguments {
     /// The moment of a glTF file's animation, in seconds.
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = values::finite, help_heading = GLTF)]
     pub time: Option<f32>,
+    /// How long the shutter is open from that moment on, in seconds: nodes that move meanwhile are blurred.
+    #[arg(long, value_name = "SECONDS", value_parser = values::above_zero, help_heading = GLTF)]
+    pub shutter: Option<f32>,
     /// The animation, by name or number, or `all`; without it, the first.
     #[arg(long, value_name = "NAME", help_heading = GLTF)]
     pub animation: Option<String>,
@@ -113,6 +116,7 @@ impl SceneArguments {
                 variant: self.variant.clone(),
                 animation: self.animation.clone(),
                 time: self.time,
+                shutter: self.shutter,
             },
             view: self.view.choices(),
             ..LoadOptions::default()

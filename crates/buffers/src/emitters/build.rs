@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::f32::consts::FRAC_PI_2;
 use std::sync::Arc;
 
-use brewster_geometry::{Aabb, ShapeKind, TriangleMesh, area_scale};
+use brewster_geometry::{Aabb, Affine, ShapeKind, TriangleMesh, area_scale};
 use brewster_lanes::math;
 use brewster_optics::color::luminance;
 use glam::Vec3;
@@ -15,7 +15,7 @@ use super::mesh::{Extent, MeshEmitter, extent_of_mesh};
 use super::rectangle::Rectangle;
 use super::tree::LightBounds;
 use super::{Emitter, Emitters, Placing};
-use crate::{ColorSource, Emissive, Instance, Light, LightKind, SceneBuffers, TextureId};
+use crate::{ColorSource, Emissive, Instance, LightKind, SceneBuffers, TextureId};
 
 impl Emitters {
     /// Gathers what shines in a scene. Looks at every instance, at every pixel of the textures of emissive materials, and at
@@ -44,7 +44,7 @@ impl Emitters {
             let light = scene.lights.get(row);
             if luminance(light.intensity) > 0.0 {
                 emitters.lights.push(row as u32);
-                sources.push(source_of_light(&light));
+                sources.push(source_of_light(scene, row));
             }
         }
         let is_built = self.choice.sources() != sources;
@@ -76,7 +76,7 @@ impl Gathered<'_> {
         if mean.partial_cmp(&0.0) != Some(std::cmp::Ordering::Greater) {
             return None;
         }
-        let (placing, Extent { area, normals }) = self.place(&instance, emissive.radiance, mean)?;
+        let (placing, Extent { area, normals }) = self.place(row as u32, &instance, emissive.radiance, mean)?;
         let mean = match placing {
             Placing::Triangles { mesh } if emissive.radiance.texture != TextureId::NONE => {
                 self.emitters.meshes[mesh as usize].luminance
@@ -86,6 +86,7 @@ impl Gathered<'_> {
         let bounds = scene.geometry().instances().bounds(row as u32).ok()?;
         // Of what is curved a quarter of the area is seen, on average over all directions (Cauchy); of what is flat, half.
         let is_flat = normals.angle < 1.0;
+        let normals = if scene.motions.keys(row as u32).is_some_and(turns) { Cone::SPHERE } else { normals };
         let (normals, seen) = match (is_flat, emissive.two_sided) {
             (true, false) => (normals, 1.0),
             (true, true) => (Cone::SPHERE, 0.5),
@@ -120,9 +121,10 @@ impl Gathered<'_> {
     }
 
     /// How places on an instance are drawn, and its extent in world space.
-    fn place(&mut self, instance: &Instance, color: ColorSource, mean: f64) -> Option<(Placing, Extent)> {
+    fn place(&mut self, row: u32, instance: &Instance, color: ColorSource, mean: f64) -> Option<(Placing, Extent)> {
         let (shape, to_world) = (instance.shape, &instance.object_to_world);
         let scale = to_world.uniform_scale();
+        let motion = self.scene.motions.keys(row);
         if shape.kind == ShapeKind::Mesh {
             let mesh = self.row_of_mesh(shape.row, color, mean)?;
             let emitter = &self.emitters.meshes[mesh as usize];
@@ -138,10 +140,10 @@ impl Gathered<'_> {
         }
         let area = self.scene.shapes.area(shape)?;
         let placing = match (shape.kind, scale) {
-            (ShapeKind::Sphere, Some(scale)) => {
+            (ShapeKind::Sphere, Some(scale)) if !motion.is_some_and(turns) => {
                 Placing::Cone { radius: scale * f64::from(self.scene.shapes.spheres[shape.row as usize].radius) }
             }
-            (ShapeKind::Quad, _) => {
+            (ShapeKind::Quad, _) if motion.is_none() => {
                 match Rectangle::new(&self.scene.shapes.quads[shape.row as usize], to_world, area) {
                     Some(rectangle) => {
                         let rectangles = &mut self.emitters.rectangles;
@@ -174,14 +176,25 @@ impl Gathered<'_> {
     }
 }
 
+/// Whether a motion does more than shift a shape.
+fn turns(keys: &[Affine]) -> bool {
+    let linear = |key: &Affine| key.rows.map(|[x, y, z, _]| [x, y, z]);
+    keys.windows(2).any(|pair| linear(&pair[0]) != linear(&pair[1]))
+}
+
 /// What a light without extent is chosen by.
-fn source_of_light(light: &Light) -> Source {
+fn source_of_light(scene: &SceneBuffers, row: usize) -> Source {
+    let light = scene.lights.get(row);
     let intensity = f64::from(luminance(light.intensity));
     if light.kind != LightKind::Point {
         return Source::Everywhere(intensity);
     }
-    let bounds = Aabb { min: light.position, max: light.position };
-    let (normals, emission) = if light.cone_scale > 0.0 {
+    let still = [[light.position, light.direction]];
+    let motion = scene.light_motions.iter().find(|motion| motion.light == row as u32);
+    let keys = motion.map_or(&still[..], |motion| &motion.keys);
+    let bounds = Aabb::around(keys.iter().map(|[position, _]| *position));
+    let turns = keys.iter().any(|[_, direction]| *direction != light.direction);
+    let (normals, emission) = if light.cone_scale > 0.0 && !turns {
         // The angle at which the ramp is 0.
         let cosine = (-light.cone_offset / light.cone_scale).clamp(-1.0, 1.0);
         (Cone::along(light.direction), math::acos(cosine) + 1e-3)

@@ -6,8 +6,8 @@
 //!
 //! | source | its place |
 //! | --- | --- |
-//! | sphere, not stretched | in its cone of directions; from inside, any direction |
-//! | rectangle that looks large, not sheared | evenly over its solid angle |
+//! | sphere, not stretched, that does not turn | in its cone of directions; from inside, any direction |
+//! | rectangle that looks large, not sheared, that does not move | evenly over its solid angle |
 //! | other shapes | evenly over the area |
 //! | mesh | a triangle by its area and what its texture shows there, evenly over it |
 //! | light without extent | where it is |
@@ -23,7 +23,7 @@ mod tree;
 use std::sync::Arc;
 
 use brewster_geometry::{
-    Affine, AreaSample, ShapeKind, Sight, Sights, Spread, SurfacePoint, offset_origin, per_solid_angle, sight,
+    Affine, AreaSample, Place, ShapeKind, Sight, Sights, Spread, SurfacePoint, offset_origin, per_solid_angle, sight,
 };
 use brewster_lanes::{Level, columns};
 use glam::Vec3;
@@ -121,27 +121,28 @@ impl LightSample {
 }
 
 impl SceneBuffers {
-    /// Draws a source of light and a direction toward it, as `point` sees it, with a number for the choice and two for the
+    /// Draws a source of light and a direction toward it, as `point` sees it at a moment of the shutter, with a number for the choice and two for the
     /// place, all 0 ≤ u < 1. The background is not among them. `None` is a sample without light: nothing shines, or what was
     /// drawn faces away.
     #[inline]
-    pub fn sample_light(&self, point: Vec3, choice: f32, place: [f32; 2]) -> Option<LightSample> {
-        match self.draw_source(point, choice, place)? {
+    pub fn sample_light(&self, point: Vec3, time: f32, choice: f32, place: [f32; 2]) -> Option<LightSample> {
+        match self.draw_source((point, time), choice, place)? {
             Source::Emitter(drawn, sample) => {
-                let (to_world, to_object) = self.placing_of(&drawn);
-                self.light_seen(&drawn, &sight(point, to_world, to_object, &sample))
+                let mut moved = None;
+                let (to_world, to_object) = self.place_of(&drawn, time, &mut moved);
+                self.light_seen(&drawn, time, &sight(point, to_world, to_object, &sample))
             }
             Source::Light(sample) => Some(sample),
         }
     }
 
-    /// [`SceneBuffers::sample_light`] for many points.
+    /// [`SceneBuffers::sample_light`] for many points, and times where something moves.
     ///
-    /// Reads: points, numbers, emitters, lights. Writes: `lights`, a row for each point.
+    /// Reads: points, times, numbers, emitters, lights. Writes: `lights`, a row for each point.
     pub fn sample_lights(
         &self,
         level: Level,
-        points: &[SurfacePoint],
+        (points, times): (&[SurfacePoint], &[f32]),
         choice: &[f32],
         place: [&[f32]; 2],
         lights: &mut [Option<LightSample>],
@@ -149,10 +150,11 @@ impl SceneBuffers {
         let mut sights = Sights::default();
         let mut waiting = [(0, Drawn::default()); Sights::CAPACITY];
         for (row, point) in points.iter().enumerate() {
-            let viewer = point.position;
-            lights[row] = match self.draw_source(viewer, choice[row], [place[0][row], place[1][row]]) {
+            let (viewer, time) = (point.position, times.get(row).copied().unwrap_or(0.0));
+            lights[row] = match self.draw_source((viewer, time), choice[row], [place[0][row], place[1][row]]) {
                 Some(Source::Emitter(drawn, sample)) => {
-                    let (to_world, to_object) = self.placing_of(&drawn);
+                    let mut moved = None;
+                    let (to_world, to_object) = self.place_of(&drawn, time, &mut moved);
                     waiting[sights.len()] = (row, drawn);
                     sights.push(viewer, to_world, to_object, &sample);
                     None
@@ -161,30 +163,33 @@ impl SceneBuffers {
                 None => None,
             };
             if sights.len() == Sights::CAPACITY || row + 1 == points.len() {
-                sights.look(level, |lane, sight| lights[waiting[lane].0] = self.light_seen(&waiting[lane].1, sight));
+                sights.look(level, |lane, sight| {
+                    let (row, drawn) = &waiting[lane];
+                    let time = times.get(*row).copied().unwrap_or(0.0);
+                    lights[*row] = self.light_seen(drawn, time, sight);
+                });
             }
         }
     }
 
-    /// How the instance of an emitter is placed, and back.
+    /// How the instance of an emitter is placed at a moment, and back.
     #[inline(always)]
-    fn placing_of(&self, drawn: &Drawn) -> (&Affine, &Affine) {
-        let (instances, instance) = (self.instances.view(), self.emitters.rows.view().instance[drawn.row as usize]);
-        (&instances.object_to_world[instance as usize], &instances.world_to_object[instance as usize])
+    fn place_of<'p>(&'p self, drawn: &Drawn, time: f32, moved: &'p mut Option<Place>) -> (&'p Affine, &'p Affine) {
+        self.place_at(self.emitters.rows.view().instance[drawn.row as usize], time, moved)
     }
 
     /// Draws a source and a place on it.
     #[inline]
-    fn draw_source(&self, point: Vec3, choice: f32, place: [f32; 2]) -> Option<Source> {
+    fn draw_source(&self, (point, time): (Vec3, f32), choice: f32, place: [f32; 2]) -> Option<Source> {
         let emitters = &self.emitters;
         let (source, probability) = emitters.choice.choose(point, choice)?;
         let count = emitters.rows.len();
         if (source as usize) < count {
-            let (sample, density) = self.draw_place(source as usize, point, place)?;
+            let (sample, density) = self.draw_place(source as usize, (point, time), place)?;
             let drawn = Drawn { row: source, primitive: sample.primitive, density, probability };
             return Some(Source::Emitter(drawn, sample));
         }
-        let light = self.lights.get(emitters.lights[source as usize - count] as usize);
+        let light = self.light_at(emitters.lights[source as usize - count] as usize, time);
         let seen = light.illuminate(point);
         let is_lit = seen.irradiance != Vec3::ZERO;
         is_lit.then_some(Source::Light(LightSample {
@@ -197,10 +202,10 @@ impl SceneBuffers {
         }))
     }
 
-    /// The density per solid angle with which [`SceneBuffers::sample_light`] at `origin` gives the direction to a point of an
+    /// The density per solid angle, at a moment of the shutter, with which [`SceneBuffers::sample_light`] at `origin` gives the direction to a point of an
     /// emissive instance; 0 for what it never gives.
     #[inline]
-    pub fn light_pdf(&self, origin: Vec3, instance: u32, primitive: u32, hit: &SurfacePoint) -> f32 {
+    pub fn light_pdf(&self, origin: Vec3, time: f32, (instance, primitive): (u32, u32), hit: &SurfacePoint) -> f32 {
         let emitters = &self.emitters;
         let rows = emitters.rows.view();
         let Ok(row) = rows.instance.binary_search(&instance) else { return 0.0 };
@@ -210,7 +215,8 @@ impl SceneBuffers {
         if !(squared > 0.0 && (cosine > 0.0 || rows.two_sided[row] && cosine < 0.0)) {
             return 0.0;
         }
-        let to_world = &self.instances.view().object_to_world[instance as usize];
+        let mut moved = None;
+        let (to_world, _) = self.place_at(instance, time, &mut moved);
         let density = match rows.placing[row] {
             Placing::Cone { radius } => PlacedSphere::new(to_world, radius).pdf(origin, rows.two_sided[row]),
             Placing::Rectangle { row } => {
@@ -237,10 +243,11 @@ impl SceneBuffers {
 
     /// Draws a place of an emitter.
     #[inline]
-    fn draw_place(&self, row: usize, point: Vec3, place: [f32; 2]) -> Option<(AreaSample, Density)> {
+    fn draw_place(&self, row: usize, (point, time): (Vec3, f32), place: [f32; 2]) -> Option<(AreaSample, Density)> {
         let rows = self.emitters.rows.view();
         let (instances, instance) = (self.instances.view(), rows.instance[row] as usize);
-        let (to_world, to_object) = (&instances.object_to_world[instance], &instances.world_to_object[instance]);
+        let mut moved = None;
+        let (to_world, to_object) = self.place_at(instance as u32, time, &mut moved);
         let (shape, two_sided) = (instances.shape[instance], rows.two_sided[row]);
         Some(match rows.placing[row] {
             Placing::Cone { radius } => {
@@ -275,7 +282,7 @@ impl SceneBuffers {
 
     /// The light of a drawn place that is seen.
     #[inline]
-    fn light_seen(&self, drawn: &Drawn, sight: &Sight) -> Option<LightSample> {
+    fn light_seen(&self, drawn: &Drawn, time: f32, sight: &Sight) -> Option<LightSample> {
         let rows = self.emitters.rows.view();
         let (row, Sight { surface, squared, cosine, per_area, .. }) = (drawn.row as usize, sight);
         let shines = *squared > 0.0 && (*cosine > 0.0 || rows.two_sided[row] && *cosine < 0.0);
@@ -285,7 +292,7 @@ impl SceneBuffers {
             Density::PerSolidAngle(density) => (sight.direction, density),
             Density::PerArea { area, probability } => (sight.direction, per_area / area * probability),
         };
-        let place = surface.place(rows.instance[row], drawn.primitive);
+        let place = surface.place(rows.instance[row], drawn.primitive, time);
         let coverage = self.coverage(self.instances.view().material[rows.instance[row] as usize], &place);
         let radiance = self.color(rows.radiance[row], &place) * coverage;
         let target = offset_origin(surface, -direction);

@@ -272,7 +272,8 @@ mod tests {
     fn factors_scale_colors_and_channels() {
         let scene =
             SceneBuffers { textures: Textures { rows: vec![Texture::Image(pixel())] }, ..SceneBuffers::default() };
-        let place = SurfacePlace { instance: 0, primitive: 0, position: Vec3::ZERO, uv: Vec2::ZERO, width: 0.0 };
+        let place =
+            SurfacePlace { instance: 0, primitive: 0, position: Vec3::ZERO, uv: Vec2::ZERO, width: 0.0, time: 0.0 };
         let texture = TextureId(0);
         let color = ColorSource { factor: Vec3::new(1.0, 2.0, 0.5), texture };
         assert_eq!(scene.color(color, &place), Vec3::new(0.2, 0.8, 0.5));

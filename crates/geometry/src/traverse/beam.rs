@@ -37,11 +37,11 @@ impl Beam {
         }
     }
 
-    /// One of the rays.
+    /// One of the rays, and when it looks.
     #[inline(always)]
-    pub(super) fn ray(&self, lane: usize) -> Ray {
+    pub(super) fn ray(&self, lane: usize, time: f32) -> Ray {
         let at = |columns: &[__m512; 3]| Vec3::from_array(columns.each_ref().map(|column| floats(column)[lane]));
-        Ray { origin: at(&self.origin), direction: at(&self.direction) }
+        Ray { origin: at(&self.origin), direction: at(&self.direction), time }
     }
 
     /// All rays, mapped as [`Affine::ray`] maps one: the same products and sums in the same order.

@@ -157,7 +157,7 @@ pub(super) unsafe fn one<K: Kernel, const ANY: bool>(
     // SAFETY: as stated.
     unsafe {
         for &plane in scene.planes {
-            let local = scene.world_to_object[plane as usize].ray(ray);
+            let local = scene.local_ray(plane, ray);
             let row = scene.shapes[plane as usize].row as usize;
             if let Some(hit) = scene.table.planes[row].intersect(&local)
                 && found.offer(plane, hit)
@@ -285,7 +285,7 @@ unsafe fn enter<K: Kernel, const ANY: bool>(
     found: &mut Found<ANY>,
     stack: Stack,
 ) -> bool {
-    let local = scene.world_to_object[instance as usize].ray(ray);
+    let local = scene.local_ray(instance, ray);
     let shape = scene.shapes[instance as usize];
     with_shape!(scene.table, shape,
         analytic => match analytic.intersect(&local) {

@@ -120,6 +120,7 @@ fn trace_packet<T: Task>(
     let mut packet = Packet {
         scene,
         world,
+        times: rays.slice(first..first + WIDTH).time,
         inverse: interval.inverses,
         pad: interval.pad,
         hits: Hits::misses(),
@@ -172,6 +173,8 @@ impl Hits {
 struct Packet<'a> {
     scene: &'a SceneGeometry<'a>,
     world: Beam,
+    /// When they look, if that matters.
+    times: &'a [f32],
     /// Inverse directions of the world's rays, and by how much boxes are grown for them.
     inverse: [__m512; 3],
     pad: f32,
@@ -231,7 +234,9 @@ impl Packet<'_> {
             filling.packets += 1;
             filling.rays += lanes.count_ones() as usize;
         }
-        if shape.kind != ShapeKind::Mesh || lanes.count_ones() < FEW {
+        // What moves is at another place for every ray.
+        let moves = self.scene.motions.keys(instance).is_some();
+        if shape.kind != ShapeKind::Mesh || lanes.count_ones() < FEW || moves {
             self.enter_alone(instance, lanes, single);
             self.update();
             return;
@@ -258,7 +263,8 @@ impl Packet<'_> {
             let lane = lanes.trailing_zeros() as usize;
             lanes &= lanes - 1;
             let mut nearest = Nearest(self.hits.get(lane));
-            single::enter_instance(self.scene, instance, &self.world.ray(lane), single, &mut nearest);
+            let time = self.times.get(lane).copied().unwrap_or(0.0);
+            single::enter_instance(self.scene, instance, &self.world.ray(lane, time), single, &mut nearest);
             self.hits.set(lane, nearest.0);
         }
     }
@@ -354,7 +360,7 @@ impl Packet<'_> {
         while lanes != 0 {
             let lane = lanes.trailing_zeros() as usize;
             lanes &= lanes - 1;
-            if let Some(LocalHit { t, u, v, .. }) = intersect_triangle(&context.local.ray(lane), corners) {
+            if let Some(LocalHit { t, u, v, .. }) = intersect_triangle(&context.local.ray(lane, 0.0), corners) {
                 let hit = Hit { t, u, v, instance: context.instance, primitive };
                 if hit.precedes(&self.hits.get(lane)) {
                     self.hits.set(lane, hit);

@@ -119,7 +119,7 @@ fn enter(
 ) -> bool {
     tally.instance();
     let shape = scene.shapes[instance as usize];
-    let local = scene.world_to_object[instance as usize].ray(ray);
+    let local = scene.local_ray(instance, ray);
     with_shape!(scene.table, shape,
         analytic => {
             tally.primitives(1);

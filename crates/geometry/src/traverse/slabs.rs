@@ -93,13 +93,13 @@ mod tests {
     fn nothing_is_in_an_empty_node() {
         for direction in [Vec3::X, Vec3::NEG_Y, Vec3::new(0.6, -0.8, 0.0), Vec3::new(-0.0, 0.0, -1.0)] {
             for origin in [Vec3::ZERO, Vec3::new(-3.0, 1e9, 0.5)] {
-                let slabs = Slabs::new(&Ray { origin, direction }, 0.0, 0.0);
+                let slabs = Slabs::new(&Ray { origin, direction, time: 0.0 }, 0.0, 0.0);
                 assert!(slabs.is_usable());
                 assert_eq!(slabs.test(&Node::EMPTY, f32::INFINITY), ([f32::INFINITY; 8], 0), "{direction} {origin}");
             }
         }
         for bad in [f32::NAN, f32::INFINITY, 0.0] {
-            let slabs = Slabs::new(&Ray { origin: Vec3::ONE, direction: Vec3::splat(bad) }, 1.0, 0.0);
+            let slabs = Slabs::new(&Ray { origin: Vec3::ONE, direction: Vec3::splat(bad), time: 0.0 }, 1.0, 0.0);
             assert!(!slabs.is_usable(), "{bad} {slabs:?}");
         }
     }

@@ -251,7 +251,7 @@ struct Wave<'a, 'm, T> {
 
 impl Slot {
     fn idle() -> Slot {
-        let ray = Ray { origin: Vec3::ZERO, direction: Vec3::X };
+        let ray = Ray { origin: Vec3::ZERO, direction: Vec3::X, time: 0.0 };
         let slabs = Slabs::new(&ray, 0.0, 0.0);
         Slot {
             slabs,
@@ -420,7 +420,7 @@ impl<T: Task> Wave<'_, '_, T> {
             state.limit = self.task.limit(index);
             let mut over = false;
             for &plane in self.scene.planes {
-                let local = self.scene.world_to_object[plane as usize].ray(&ray);
+                let local = self.scene.local_ray(plane, &ray);
                 let row = self.scene.shapes[plane as usize].row as usize;
                 state.instance = plane;
                 if let Some(hit) = self.scene.table.planes[row].intersect(&local) {
@@ -462,7 +462,7 @@ impl<T: Task> Wave<'_, '_, T> {
         let state = &mut self.slots[slot];
         let instance = state.current & !LEAF;
         state.instance = instance;
-        let local = self.scene.world_to_object[instance as usize].ray(&state.ray);
+        let local = self.scene.local_ray(instance, &state.ray);
         let shape = self.scene.shapes[instance as usize];
         with_shape!(self.scene.table, shape,
             analytic => {

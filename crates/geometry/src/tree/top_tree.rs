@@ -1,5 +1,6 @@
 //! The tree over all instances.
 
+use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
 use super::binary::{Binary, Grouping, TreeBuilder};
@@ -8,6 +9,7 @@ use super::mesh_tree::MeshTree;
 use super::node::{LEAF, Node};
 use super::pages::in_large_pages;
 use crate::aabb::Aabb;
+use crate::motion::{Motions, reach_of_step};
 use crate::shape::{Analytic, LARGEST_LENGTH, SLACK, ShapeKind, ShapeRef, ShapeTable, with_shape};
 use crate::transform::{Affine, bounds_f64};
 
@@ -16,6 +18,8 @@ use crate::transform::{Affine, bounds_f64};
 pub struct Instances<'a> {
     /// From world space to the space of each instance's shape.
     pub world_to_object: &'a [Affine],
+    /// What moves, and how.
+    pub motions: &'a Motions,
     /// The shape of each instance.
     pub shapes: &'a [ShapeRef],
     /// The shapes.
@@ -103,6 +107,7 @@ impl Instances<'_> {
 
     fn check_lengths(&self) -> Result<(), TreeError> {
         if self.world_to_object.len() != self.shapes.len()
+            || !self.motions.fits(self.len())
             || self.mesh_trees.len() != self.table.meshes.len()
             || self.len() > MOST_INSTANCES
         {
@@ -129,8 +134,11 @@ impl Instances<'_> {
         if shape.kind == ShapeKind::Plane || local.is_empty() {
             return Ok(None);
         }
-        let map = self.world_to_object[instance as usize];
         let out_of_range = TreeError::OutOfRange { instance };
+        if let Some(keys) = self.motions.keys(instance) {
+            return place_moving(keys, &local).map(Some).ok_or(out_of_range);
+        }
+        let map = self.world_to_object[instance as usize];
         // The inverse in f64 of what rays are mapped by: the box stands where rays see the shape.
         let (linear, translation) = map.inverse_f64().ok_or(out_of_range)?;
         let aabb = bounds_f64(&linear, translation, &local);
@@ -159,6 +167,30 @@ struct Placed {
     /// What does not depend on the ray: stretch·reach + distortion·|w|.
     fixed: f32,
     distortion: f32,
+}
+
+/// Where an instance is that moves: a box for all the shutter's time. None if it lies too far out.
+///
+/// Rays see its shape through an inverse that is rounded anew for each of them. As its map W(s) is off by a unit in three, and the
+/// inverse M by half a unit of |M|, hits are off by half a unit of |W|·|M|·(|p| + |w|) and three of |W|·|q| + |w| more; ten units
+/// and three were counted already, and half as many more are added.
+fn place_moving(keys: &[Affine], local: &Aabb) -> Option<Placed> {
+    let mut placed = Placed { aabb: Aabb::EMPTY, fixed: 0.0, distortion: 0.0 };
+    let (mut stretch, mut distortion, mut farthest) = (0.0f64, 0.0f64, 0.0f64);
+    for (at, key) in keys.iter().enumerate() {
+        let (linear, translation) = key.to_f64();
+        placed.aabb = placed.aabb.union(&bounds_f64(&linear, translation, local));
+        farthest = farthest.max(translation.abs().max_element());
+        if let Some(next) = keys.get(at + 1) {
+            let [outward, inward] = reach_of_step(key, next);
+            let sum = |matrix: DMat3| (matrix * DVec3::ONE).max_element();
+            (stretch, distortion) = (stretch.max(sum(outward)), distortion.max(sum(outward * inward)));
+        }
+    }
+    let reach = f64::from(placed.aabb.reach());
+    placed.fixed = (1.5 * (stretch * f64::from(local.reach()) + distortion * farthest.max(reach))) as f32;
+    placed.distortion = (1.5 * distortion).min(1e20) as f32;
+    (!placed.aabb.is_empty() && placed.aabb.reach() <= LARGEST_LENGTH).then_some(placed)
 }
 
 /// [`SLACK`], two units for mapping the ray, one for arithmetic.

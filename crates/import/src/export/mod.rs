@@ -59,6 +59,9 @@ impl Scene {
             images: BTreeMap::new(),
         };
         let (places, depths) = world_transforms(&self.rows);
+        if self.rows.iter().any(|row| row.motion.is_some()) {
+            exporter.lose("motion: the converted scene stands as it does when the shutter opens");
+        }
         let parts = [
             exporter.settings(),
             exporter.cameras(&places),

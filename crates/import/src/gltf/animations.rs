@@ -3,6 +3,8 @@
 //! A channel writes what it comes to into the file's JSON, and the JSON is read anew: a node's translation, rotation, scale and
 //! weights are as other numbers are that `KHR_animation_pointer` points to.
 //!
+//! While the shutter is open nodes move on: their places after each of [`STEPS`] equal steps are kept beside the document.
+//!
 //! | where the specification leaves a choice | what is done |
 //! | --- | --- |
 //! | no moment is given | the nodes stand as they do without any animation |
@@ -16,6 +18,7 @@ use serde::Deserialize;
 use serde_json::Map;
 
 use super::document::Document;
+use super::nodes::local;
 use super::{Found, GltfChoices, Reporter, broken, choose, extensions};
 use crate::diagnostics::Code;
 
@@ -92,13 +95,45 @@ pub(super) fn pose(document: &mut Document, reporter: &mut Reporter, choices: &G
             let message = "no moment of the animations is asked for: nodes stand as they do without them";
             reporter.note(Code::Decision, "animations", message);
         }
+        if choices.shutter.is_some() {
+            let message = "the shutter opens at no moment: without one nodes stand still";
+            reporter.warn(Code::Decision, "", message);
+        }
         return Ok(());
     };
     if animations.is_empty() {
         reporter.warn(Code::Decision, "", "a moment is asked for, and the file has no animations");
     }
-    for &at in &chosen {
-        let animation = &animations[at];
+    let asked = animations.iter().enumerate().filter(|(at, _)| chosen.contains(at));
+    let asked: Vec<(usize, &Animation)> = asked.collect();
+    if let Some(shutter) = choices.shutter.filter(|&shutter| shutter > 0.0 && !asked.is_empty()) {
+        for step in 1..=STEPS {
+            write_pose(document, reporter, &asked, time + shutter * (step as f32 / STEPS as f32))?;
+            let locals = document.root.nodes.iter().enumerate().map(|(node, of)| local(of, &format!("nodes[{node}]")));
+            let locals = locals.collect::<Found<Vec<_>>>()?;
+            document.steps.push(locals);
+        }
+        let is_bent = !document.root.skins.is_empty() || document.root.nodes.iter().any(|node| node.weights.is_some());
+        if is_bent {
+            let message =
+                "nodes move while the shutter is open; skins and morph targets stay as they are when it opens";
+            reporter.note(Code::Decision, "animations", message);
+        }
+    }
+    write_pose(document, reporter, &asked, time)
+}
+
+/// Steps in which the time of the shutter is looked at.
+const STEPS: usize = 16;
+
+/// Moves the document to a moment of some animations, each with its number.
+fn write_pose(
+    document: &mut Document,
+    reporter: &mut Reporter,
+    animations: &[(usize, &Animation)],
+    time: f32,
+) -> Found<()> {
+    for &(at, animation) in animations {
         for (number, channel) in animation.channels.iter().enumerate() {
             let path = format!("animations[{at}].channels[{number}]");
             let Some(pointer) = pointer(document, channel, &path)? else { continue };
@@ -330,5 +365,30 @@ mod tests {
         let unknown = GltfChoices { animation: Some("goo".into()), ..choices };
         let error = pose(&mut document, &mut reporter, &unknown).expect_err("no such animation");
         assert_eq!(error.help.as_deref(), Some("did you mean \"go\"?"));
+    }
+
+    /// Two meters a second along x: half a second later one meter farther, in sixteen even steps.
+    #[test]
+    fn nodes_move_on_while_the_shutter_is_open() {
+        let mut builder = Builder::default();
+        let times = builder.floats(&[0.0, 1.0], "SCALAR");
+        let places = builder.floats(&[0.0, 0.0, 0.0, 2.0, 4.0, 6.0], "VEC3");
+        builder.rest = format!(
+            r#","nodes":[{{}}],"animations":[{{"samplers":[{{"input":{times},"output":{places}}}],
+            "channels":[{{"sampler":0,"target":{{"node":0,"path":"translation"}}}}]}}]"#
+        );
+        let mut reporter = Reporter { file: String::new(), said: Vec::new() };
+        let mut posed = |time, shutter| {
+            let mut document = open(&builder).expect("it is whole");
+            let choices = GltfChoices { time, shutter, ..GltfChoices::default() };
+            pose(&mut document, &mut reporter, &choices).expect("it can be animated");
+            document
+        };
+        let document = posed(Some(0.25), Some(0.5));
+        assert_eq!(document.root.nodes[0].translation, Some([0.5, 1.0, 1.5]));
+        let along: Vec<f32> = document.steps.iter().map(|step| step[0].translation.x).collect();
+        assert_eq!(along, (1..=16).map(|step| 0.5 + step as f32 / 16.0).collect::<Vec<_>>());
+        assert!(posed(Some(0.25), None).steps.is_empty() && posed(None, Some(0.5)).steps.is_empty());
+        assert!(reporter.said.iter().any(|said| said.message.contains("at no moment")), "{:?}", reporter.said);
     }
 }

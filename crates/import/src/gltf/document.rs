@@ -5,6 +5,7 @@
 
 use std::path::{Path, PathBuf};
 
+use glam::Affine3A;
 use gltf::json::{Index, Root, Value, buffer};
 
 use super::container::{Container, Uri};
@@ -23,6 +24,8 @@ pub(super) struct Document {
     pub animations: Value,
     /// The same, typed.
     pub root: Root,
+    /// From the space of each node to its parent's after each step of the shutter's time; no steps if nothing moves.
+    pub steps: Vec<Vec<Affine3A>>,
     /// The folder that URIs are relative to, canonical.
     pub folder: PathBuf,
     /// None for a buffer without bytes of its own, which is legal where all its views are compressed.
@@ -55,6 +58,7 @@ impl Document {
             value,
             animations,
             root,
+            steps: Vec::new(),
             folder: folder.to_path_buf(),
             buffers: Vec::new(),
             decoded: Vec::new(),

@@ -46,6 +46,8 @@ pub struct GltfChoices {
     pub animation: Option<String>,
     /// The moment of the animation in seconds; none for the pose that the nodes have without it.
     pub time: Option<f32>,
+    /// How long the shutter is open from that moment on, in seconds: nodes move on meanwhile. None for a still picture.
+    pub shutter: Option<f32>,
 }
 
 /// A result, or what is wrong with the file.

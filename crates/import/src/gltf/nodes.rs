@@ -37,11 +37,10 @@ pub(super) fn read(
 ) -> Found<Vec<Row>> {
     let roots = roots(document, choices)?;
     let (mut order, mut parents) = walk(document, &roots, session.limits.hierarchy)?;
-    let mut places = vec![Affine3A::IDENTITY; document.root.nodes.len()];
-    for &node in &order {
-        let local = local(&document.root.nodes[node], &format!("nodes[{node}]"))?;
-        places[node] = parents[node].map_or(local, |parent| places[parent] * local);
-    }
+    let local = |node: usize| local(&document.root.nodes[node], &format!("nodes[{node}]"));
+    let places = world_places(&order, &parents, local)?;
+    let steps = document.steps.iter().map(|locals| world_places(&order, &parents, |node| Ok(locals[node])));
+    let steps = steps.collect::<Found<Vec<_>>>()?;
     if let Some(part) = part {
         let mut is_part = vec![false; parents.len()];
         order.retain(|&node| {
@@ -63,6 +62,7 @@ pub(super) fn read(
         reporter,
         document,
         places,
+        steps,
         span,
         budget,
         keys: Keys::default(),
@@ -145,8 +145,22 @@ fn walk(document: &Document, roots: &[usize], deepest: u64) -> Found<(Vec<usize>
     Ok((order, parents))
 }
 
+/// From every node's space to the world's, by the maps to their parents'.
+fn world_places(
+    order: &[usize],
+    parents: &[Option<usize>],
+    local: impl Fn(usize) -> Found<Affine3A>,
+) -> Found<Vec<Affine3A>> {
+    let mut places = vec![Affine3A::IDENTITY; parents.len()];
+    for &node in order {
+        let local = local(node)?;
+        places[node] = parents[node].map_or(local, |parent| places[parent] * local);
+    }
+    Ok(places)
+}
+
 /// From a node's space to its parent's.
-fn local(node: &Node, path: &str) -> Found<Affine3A> {
+pub(super) fn local(node: &Node, path: &str) -> Found<Affine3A> {
     let place = match &node.matrix {
         Some(matrix) => skins::affine(matrix),
         None => {
@@ -173,6 +187,8 @@ struct Spawner<'s, 'i> {
     document: &'s Document,
     /// From every node's space to the world's.
     places: Vec<Affine3A>,
+    /// The same after each step of the shutter's time.
+    steps: Vec<Vec<Affine3A>>,
     span: Span,
     budget: Budget,
     keys: Keys,
@@ -207,6 +223,9 @@ impl Spawner<'_, '_> {
         }
         let mut key = Keys::node(index as u64);
         let row = self.push(key, node.name.as_deref(), parent, transform)?;
+        let steps = if parent.is_some() { &document.steps } else { &self.steps };
+        let steps: Vec<Affine3A> = steps.iter().map(|step| step[index]).collect();
+        self.rows[row as usize].motion = self.motion(transform, &steps, &path);
         self.rows[row as usize].light = khr_lights_punctual::of_node(&document.root, node, &path)?.map(Arc::new);
         if let Some(camera) = node.camera {
             let of = &document.root.cameras[camera.value()];
@@ -222,6 +241,21 @@ impl Spawner<'_, '_> {
             self.place(index, row, key, &primitives)?;
         }
         Ok(Some(row))
+    }
+
+    /// How a node moves from a place through others.
+    fn motion(&mut self, from: Affine3A, steps: &[Affine3A], path: &str) -> Option<Arc<world::Motion>> {
+        if steps.iter().all(|step| *step == from) {
+            return None;
+        }
+        if !steps.iter().all(is_regular) {
+            let message =
+                "a node whose transform flattens space while the shutter is open stays where it is when it opens";
+            self.reporter.note(Code::Decision, path, message);
+            return None;
+        }
+        let back = from.inverse();
+        world::Motion::through(steps.iter().map(|&step| back * step).collect::<Vec<_>>()).map(Arc::new)
     }
 
     /// Gives a node's row its primitives, in every place if there are many.

@@ -42,6 +42,7 @@ pub(crate) struct Prototype {
     /// Whether another entity names it as its parent.
     pub is_named_parent: bool,
     pub transform: Affine3A,
+    pub motion: Option<Arc<world::Motion>>,
     pub shape: Part<world::Shape>,
     /// The shape's place in the entity's space.
     pub shape_place: Affine3A,
@@ -82,6 +83,7 @@ impl Prototype {
             parent: None,
             is_named_parent: false,
             transform: Affine3A::IDENTITY,
+            motion: None,
             shape: Part::None,
             shape_place: Affine3A::IDENTITY,
             material: Part::None,
@@ -102,6 +104,17 @@ impl Prototype {
     pub(crate) fn has_separate_shape(&self) -> bool {
         self.shape_place != Affine3A::IDENTITY
             && (self.light.is_some() || !self.children.is_empty() || self.include.is_some() || self.is_named_parent)
+    }
+
+    /// How its own row moves, which may stand where its shape has its place.
+    pub(crate) fn own_motion(&self) -> Option<Arc<world::Motion>> {
+        let motion = self.motion.as_ref()?;
+        if self.has_separate_shape() || self.shape_place == Affine3A::IDENTITY {
+            return Some(Arc::clone(motion));
+        }
+        let back = self.shape_place.inverse();
+        let steps: Vec<_> = motion.steps().iter().map(|&step| back * step * self.shape_place).collect();
+        world::Motion::through(steps).map(Arc::new)
     }
 
     /// How many entities it makes.
@@ -264,13 +277,16 @@ impl<'s, 'i> Resolver<'s, 'i> {
                 self.model(model, &worn, path)
             }
         };
+        let transform = convert::place(self.session, &place);
+        let motion = entity.motion.as_ref().and_then(|motion| convert::motion(self.session, motion, transform));
         let prototype = Prototype {
             span: entity.span,
             name: entity.name.as_ref().map(|name| name.value.as_str().into()),
             index,
             parent: scope.parents.get(&index).copied(),
             is_named_parent: scope.named_parents.contains(&index),
-            transform: convert::place(self.session, &place),
+            transform,
+            motion: motion.map(Arc::new),
             shape,
             shape_place,
             material,

@@ -27,14 +27,21 @@ pub(super) struct Worn {
 impl Resolver<'_, '_> {
     /// What a shape that is a glTF file brings, and what it wears; `path` is that of its entity.
     pub(super) fn model(&mut self, shape: &Spanned<Shape>, worn: &Worn, path: &str) -> Option<Rc<Content>> {
-        let Shape::Gltf { file, node, scene, variant, animation, time, .. } = &shape.value else { return None };
+        let Shape::Gltf { file, node, scene, variant, animation, time, shutter, .. } = &shape.value else {
+            return None;
+        };
         if !gltf::is_gltf(Path::new(&file.value)) {
             let error = self.session.sources.error(Code::Gltf, file.span, format!("{:?} is no glTF file", file.value));
             self.session.found.push(error.expected("a file whose name ends in .gltf or .glb"));
             return None;
         }
-        let choices =
-            GltfChoices { scene: scene.clone(), variant: variant.clone(), animation: animation.clone(), time: *time };
+        let choices = GltfChoices {
+            scene: scene.clone(),
+            variant: variant.clone(),
+            animation: animation.clone(),
+            time: *time,
+            shutter: *shutter,
+        };
         let asset = self.session.read_asset(&file.value, file.span)?;
         let mut key = format!("{}|{node:?}|{choices:?}|{:?}", asset.path.display(), worn.all);
         for (name, row) in &worn.by_name {
@@ -105,6 +112,7 @@ impl Resolver<'_, '_> {
             let prototype = Prototype {
                 name: row.name.clone(),
                 transform: row.transform.unwrap_or_default(),
+                motion: row.motion.clone(),
                 shape: row.shape.clone(),
                 material: match row.material {
                     Part::Of(row) => definitions[row as usize].map_or(Part::None, Part::Of),

@@ -68,9 +68,10 @@ fn cameras(session: &mut Session, scene: &schema::Scene) -> Vec<Row> {
     let mut rows: Vec<Row> = Vec::new();
     let mut places: HashMap<&str, Span> = HashMap::new();
     let mut add = |session: &mut Session, camera: &Spanned<schema::Camera>, name: Option<&str>| {
-        if let Some((component, place)) = convert::camera(session, camera) {
+        if let Some((component, place, motion)) = convert::camera(session, camera) {
             let row = Row { name: name.map(Arc::from), ..Row::at(Keys::camera(rows.len() as u64), camera.span) };
-            rows.push(Row { transform: Some(place), camera: Some(Arc::new(component)), ..row });
+            let motion = motion.map(Arc::new);
+            rows.push(Row { transform: Some(place), motion, camera: Some(Arc::new(component)), ..row });
         }
     };
     if let Some(camera) = &scene.camera {
@@ -109,10 +110,12 @@ impl Placer {
             None => within * prototype.transform,
         };
         let Some(places) = &prototype.instances else {
-            self.whole(prototype, parent, transform, placed);
+            let row = self.whole(prototype, parent, transform, placed);
+            self.rows[row as usize].motion = prototype.own_motion();
             return;
         };
         let group = self.push(prototype, parent, transform);
+        self.rows[group as usize].motion.clone_from(&prototype.motion);
         placed.insert(prototype.index, group);
         for &place in places {
             // What is repeated has no names that could be asked for.

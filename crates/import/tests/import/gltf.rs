@@ -6,10 +6,11 @@ use std::time::{Duration, Instant};
 
 use bevy_ecs::hierarchy::ChildOf;
 use bevy_ecs::name::Name;
+use bevy_ecs::query::Without;
 use bevy_ecs::world::World;
 use brewster_import::{GltfChoices, LoadOptions, Loaded, Severity, load_scene};
 use brewster_world::components::parts::TriangleMesh;
-use brewster_world::components::{Camera, Projection, Shape, Transform};
+use brewster_world::components::{Camera, Motion, Projection, Shape, Transform};
 use glam::{Affine3A, Vec3};
 
 fn folder() -> PathBuf {
@@ -149,6 +150,35 @@ fn morph_targets_and_skins_follow_the_animation() {
     assert!(close(&bent[..2], &straight[..2]), "the foot stands");
     assert!(bent[9].distance(straight[9]) > 0.5, "the end moves: {} to {}", straight[9], bent[9]);
     assert!((bent[9].distance(bent[8]) - straight[9].distance(straight[8])).abs() < 1e-4, "turns keep lengths");
+}
+
+/// While the shutter is open nodes go through the places that they have when the file is read at later moments.
+#[test]
+fn nodes_move_through_their_places_at_later_moments() {
+    let read = |time, shutter| {
+        let choices =
+            GltfChoices { time: Some(time), shutter, animation: Some("all".into()), ..GltfChoices::default() };
+        let loaded = load("SuzanneAnimationPointer/SuzanneAnimationPointer.glb", choices);
+        let mut world = World::new();
+        loaded.scene.apply(&mut world);
+        // But for the camera that frames what there is to see.
+        type Nodes<'a> = (&'a brewster_world::components::SceneKey, &'a Transform, Option<&'a Motion>);
+        let mut query = world.query_filtered::<Nodes<'_>, Without<Camera>>();
+        let rows = query.iter(&world).map(|(key, place, motion)| (key.0, (place.0, motion.cloned())));
+        rows.collect::<std::collections::BTreeMap<_, _>>()
+    };
+    let open = read(0.2, Some(0.4));
+    let mut moving = 0;
+    for (step, time) in [(8, 0.4), (16, 0.6)] {
+        for (key, (expected, motion)) in read(time, None) {
+            assert_eq!(motion, None);
+            let (place, motion) = &open[&key];
+            moving += usize::from(motion.is_some());
+            let found = motion.as_ref().map_or(*place, |motion| *place * motion.steps()[step - 1]);
+            assert!(found.abs_diff_eq(expected, 1e-4), "entity {key} at {time}: {found} instead of {expected}");
+        }
+    }
+    assert!(moving > 0, "nothing moves");
 }
 
 #[test]

@@ -41,8 +41,15 @@ pub(crate) trait Beside {
     /// That of a ray that a hit sends, or sends toward a light, in a direction.
     fn sent(&self, hit: &HitOf<'_>, toward: Toward, mark: Self::Mark, stacks: &mut MediaStacks) -> Self::Mark;
 
-    /// That of a ray toward a light behind what it met.
-    fn met(&self, ray: &ShadowRay, hit: &Hit, met: &Met, mark: Self::Mark, stacks: &mut MediaStacks) -> Self::Mark;
+    /// That of a ray toward a light behind what it met when it looked.
+    fn met(
+        &self,
+        ray: &ShadowRay,
+        hit: (&Hit, f32),
+        met: &Met,
+        mark: Self::Mark,
+        stacks: &mut MediaStacks,
+    ) -> Self::Mark;
 
     /// Takes light that a ray of a depth brings.
     fn light(&mut self, contribution: &Contribution, depth: u32, sample: &Sample, mark: Self::Mark);
@@ -79,7 +86,7 @@ impl Beside for () {
     fn sent(&self, _: &HitOf<'_>, _: Toward, (): (), _: &mut MediaStacks) {}
 
     #[inline(always)]
-    fn met(&self, _: &ShadowRay, _: &Hit, _: &Met, (): (), _: &mut MediaStacks) {}
+    fn met(&self, _: &ShadowRay, _: (&Hit, f32), _: &Met, (): (), _: &mut MediaStacks) {}
 
     #[inline(always)]
     fn light(&mut self, _: &Contribution, _: u32, _: &Sample, (): ()) {}
@@ -230,8 +237,9 @@ impl<B: Beside> Follower<'_, '_, '_, B> {
         let hit = trace(context, tracer, (&ray, depth), sample, counts);
         weaken(context, &mut ray.weight, stacks.filling(ray.media), hit.t, counts);
         let stream = || context.sampler.stream(sample.key, sample.number, ray.branch);
-        match arrive(context, (&ray, 0), (&hit, |ray: &_| surface(&context.geometry, ray, &hit)), depth, stream, stacks)
-        {
+        let time = context.time(sample.key, sample.number);
+        let found = (&hit, |ray: &_| surface(&context.geometry, ray, &hit));
+        match arrive(context, (&ray, 0, time), found, depth, stream, stacks) {
             Arrival::Nothing => {
                 counts.escaped += 1;
                 count(counts, Stage::Escape);
@@ -350,7 +358,7 @@ impl<B: Beside> Follower<'_, '_, '_, B> {
         let Follower { beside, stacks, sent, sample, .. } = self;
         let hit = HitOf { kind, ray, hit, sample };
         for waiting in &mut sent.rays[waited..] {
-            waiting.mark = beside.sent(&hit, Toward::Onward(waiting.ray.ray().direction), sent.mark, stacks);
+            waiting.mark = beside.sent(&hit, Toward::Onward(waiting.ray.direction()), sent.mark, stacks);
         }
     }
 
@@ -366,9 +374,9 @@ impl<B: Beside> Follower<'_, '_, '_, B> {
             let Follower { context, tracer, stacks, sent, beside, stats, sample, .. } = self;
             let counts = &mut stats.depths[depth as usize].counts[source as usize];
             let shadow_ray = sent.shadows[row];
-            let toward = Toward::Light(shadow_ray.ray().direction);
+            let toward = Toward::Light(shadow_ray.direction());
             let mut mark = beside.sent(&HitOf { kind, ray, hit, sample }, toward, sent.mark, stacks);
-            let seen = |ray: &ShadowRay, hit: &Hit, stacks: &mut MediaStacks| {
+            let seen = |ray: &ShadowRay, hit: (&Hit, f32), stacks: &mut MediaStacks| {
                 let met = meet(context, ray, hit, stacks);
                 mark = beside.met(ray, hit, &met, mark, stacks);
                 met
@@ -417,7 +425,7 @@ fn trace(
     sample: &mut Sample,
     counts: &mut Counts,
 ) -> Hit {
-    let (mut ray, mut passed) = (path.ray(), 0.0);
+    let (mut ray, mut passed) = (path.ray(context.time(sample.key, sample.number)), 0.0);
     let mut hit = tracer.closest_hit(&ray);
     sample.rays += 1;
     if !context.may_be_absent(depth) {
@@ -439,15 +447,16 @@ fn trace(
 fn shadow(
     context: &Context<'_>,
     tracer: &mut RayByRay<'_>,
-    (mut ray, mut seen): (ShadowRay, impl FnMut(&ShadowRay, &Hit, &mut MediaStacks) -> Met),
+    (mut ray, mut seen): (ShadowRay, impl FnMut(&ShadowRay, (&Hit, f32), &mut MediaStacks) -> Met),
     stacks: &mut MediaStacks,
     sample: &mut Sample,
     counts: &mut Counts,
 ) -> Option<Contribution> {
+    let time = context.time(sample.key, sample.number);
     if !context.scene.settings.transparent_shadows {
         counts.shadow_segments += 1;
         sample.rays += 1;
-        if !tracer.occluded(&ray.ray(), ray.distance) {
+        if !tracer.occluded(&ray.ray(time), ray.distance) {
             return Some(reached(context, &ray, stacks));
         }
         if !may_go_on(context, &ray) {
@@ -457,8 +466,8 @@ fn shadow(
     loop {
         counts.shadow_segments += 1;
         sample.rays += 1;
-        let hit = tracer.closest_hit(&ray.ray());
-        match seen(&ray, &hit, stacks) {
+        let hit = tracer.closest_hit(&ray.ray(time));
+        match seen(&ray, (&hit, time), stacks) {
             Met::Light(contribution) => return Some(contribution),
             Met::Passed(behind) => ray = behind,
             Met::Blocked => return None,

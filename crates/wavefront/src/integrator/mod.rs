@@ -24,6 +24,7 @@
 //! | ambient light | Phong's ambient term | nothing: it is for Phong alone |
 //! | background | what escaped rays see | lights whatever sees it |
 //! | transparent shadows | shadow rays pass dielectrics, straight | an error: paths find what they should |
+//! | motion of shapes, lights and the camera | each sample looks at a moment of the shutter's time | the same |
 //! | thin lens | an error: this integrator takes pinhole and orthographic cameras | a lens |
 
 mod megakernel;
@@ -114,7 +115,7 @@ fn meet(context: &Context<'_>, batch: &mut Batch, tile: &mut FilmTile<'_>) -> Op
         trace(context, rays.view(), depth, hits, passing, samples.view_mut(), counts);
     });
     if let Some(survey) = &mut recorder.survey {
-        survey.look(context, (depth, source), rays.view(), hits.view());
+        survey.look(context, (depth, source), (rays.view(), samples.view()), hits.view());
     }
     recorder.stage(at(Stage::Absorb), rays.len(), |counts| {
         absorb(context, stacks, hits.view(), rays.view_mut(), counts);

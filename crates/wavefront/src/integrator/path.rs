@@ -56,7 +56,7 @@ pub(super) fn step(context: &Context<'_>, batch: &mut Batch, tile: &mut FilmTile
                 });
                 attribution.note_shadows(shadows);
                 if let Some(survey) = &mut recorder.survey {
-                    survey.look_toward_lights(context, (depth, source), shadows);
+                    survey.look_toward_lights(context, (depth, source), (shadows, samples.view()));
                 }
                 recorder.stage(at(Stage::Shadow), shadows.len(), |counts| {
                     shadow(context, shadows, stacks, scratch, contributions, samples.view_mut(), counts);

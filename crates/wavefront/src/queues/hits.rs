@@ -9,8 +9,8 @@ use glam::Vec3;
 use crate::media::MediaId;
 
 columns! {
-    /// A ray's hit on a material, with the point of the surface.
-    pub struct SurfaceHit => SurfaceHitColumns, SurfaceHitsView, SurfaceHitsViewMut {
+    /// What is kept of every hit: all but its time.
+    pub struct SurfaceHitRow => SurfaceHitColumns, SurfaceHitRowsView, SurfaceHitRowsViewMut {
         /// The ray's row among those traced.
         pub ray: u32,
         /// The instance that was hit.
@@ -36,11 +36,69 @@ columns! {
     }
 }
 
+/// A ray's hit on a material, with the point of the surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SurfaceHit {
+    /// The ray's row among those traced.
+    pub ray: u32,
+    /// The instance that was hit.
+    pub instance: u32,
+    /// The triangle or the face.
+    pub primitive: u32,
+    /// Row among the materials of the kind.
+    pub material: u32,
+    /// The surface there.
+    pub point: SurfacePoint,
+    /// When it was hit, 0 ≤ time < 1 of the shutter's time. Kept where something moves, otherwise 0.
+    pub time: f32,
+}
+
 impl SurfaceHit {
     /// Where textures are looked up.
     #[inline(always)]
     pub fn place(&self) -> SurfacePlace {
-        self.point.place(self.instance, self.primitive)
+        self.point.place(self.instance, self.primitive, self.time)
+    }
+}
+
+/// A shared view of hits.
+#[derive(Clone, Copy, Debug)]
+pub struct SurfaceHitsView<'a> {
+    rows: SurfaceHitRowsView<'a>,
+    times: &'a [f32],
+}
+
+impl<'a> SurfaceHitsView<'a> {
+    /// The number of hits.
+    #[inline(always)]
+    pub fn len(&self) -> usize {
+        self.rows.len()
+    }
+
+    /// Whether there are none.
+    #[inline(always)]
+    pub fn is_empty(&self) -> bool {
+        self.rows.is_empty()
+    }
+
+    /// The rows of the rays among those traced.
+    #[inline(always)]
+    pub fn rays(&self) -> &'a [u32] {
+        self.rows.ray
+    }
+
+    /// The points of the surfaces; and when they were hit, if something moves.
+    #[inline(always)]
+    pub fn points(&self) -> (&'a [SurfacePoint], &'a [f32]) {
+        (self.rows.point, self.times)
+    }
+
+    /// One hit; panics beyond the end.
+    #[inline(always)]
+    pub fn get(&self, row: usize) -> SurfaceHit {
+        let SurfaceHitRow { ray, instance, primitive, material, point } = self.rows.get(row);
+        let time = self.times.get(row).copied().unwrap_or(0.0);
+        SurfaceHit { ray, instance, primitive, material, point, time }
     }
 }
 
@@ -51,12 +109,15 @@ pub type CrossingQueue = CrossingColumns;
 #[derive(Debug)]
 pub struct HitQueue<Kind> {
     hits: SurfaceHitColumns,
+    /// When they were, if something moves.
+    times: Vec<f32>,
+    moves: bool,
     kind: PhantomData<Kind>,
 }
 
 impl<Kind> Default for HitQueue<Kind> {
     fn default() -> Self {
-        HitQueue { hits: SurfaceHitColumns::new(), kind: PhantomData }
+        HitQueue { hits: SurfaceHitColumns::new(), times: Vec::new(), moves: false, kind: PhantomData }
     }
 }
 
@@ -64,7 +125,11 @@ impl<Kind> HitQueue<Kind> {
     /// Adds a hit.
     #[inline]
     pub fn push(&mut self, hit: SurfaceHit) {
-        self.hits.push(hit);
+        let SurfaceHit { ray, instance, primitive, material, point, time } = hit;
+        self.hits.push(SurfaceHitRow { ray, instance, primitive, material, point });
+        if self.moves {
+            self.times.push(time);
+        }
     }
 
     /// The number of hits.
@@ -82,14 +147,16 @@ impl<Kind> HitQueue<Kind> {
         self.hits.capacity()
     }
 
-    /// Drops all hits; keeps the memory.
-    pub fn clear(&mut self) {
+    /// Drops all hits; keeps the memory. Says whether the next ones have to know when they were.
+    pub fn clear(&mut self, moves: bool) {
         self.hits.clear();
+        self.times.clear();
+        self.moves = moves;
     }
 
     /// The hits, with their kind.
     pub fn view(&self) -> HitsOf<'_, Kind> {
-        HitsOf { hits: self.hits.view(), kind: PhantomData }
+        HitsOf { hits: SurfaceHitsView { rows: self.hits.view(), times: &self.times }, kind: PhantomData }
     }
 }
 
@@ -108,8 +175,10 @@ impl<'a, Kind> HitsOf<'a, Kind> {
 
     /// At most `length` hits from row `start` on.
     pub fn run(&self, start: usize, length: usize) -> HitsOf<'a, Kind> {
-        let end = self.hits.len().min(start + length);
-        HitsOf { hits: self.hits.slice(start..end), kind: PhantomData }
+        let SurfaceHitsView { rows, times } = self.hits;
+        let run = start..rows.len().min(start + length);
+        let times = if times.is_empty() { times } else { &times[run.clone()] };
+        HitsOf { hits: SurfaceHitsView { rows: rows.slice(run), times }, kind: PhantomData }
     }
 }
 

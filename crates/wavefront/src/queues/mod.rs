@@ -25,6 +25,8 @@
 //! - of samples: as many as camera rays,
 //! - of contributions: `4 * capacity`, of shadow rays with memory to test them: `2 * capacity`.
 //!
+//! Where something moves, rows of hits and rays that are traced have their time beside them, 4 bytes.
+//!
 //! (Where there are more lights than `capacity`, their number takes its place in the last line.) So it grows with the maximum
 //! depth, however many rays a split tree would have at its widest.
 
@@ -48,7 +50,7 @@ pub use hits::{
     CoatedHits, Crossing, CrossingColumns, CrossingQueue, CrossingsView, CrossingsViewMut, DielectricHits,
     EmissiveHits, HitQueue, HitsOf, LambertHits, MetalHits, OnCoated, OnDielectric, OnEmissive, OnLambert, OnMetal,
     OnPhong, OnPrincipled, OnRoughDiffuse, PhongHits, PrincipledHits, RoughDiffuseHits, SurfaceHit, SurfaceHitColumns,
-    SurfaceHitsView, SurfaceHitsViewMut,
+    SurfaceHitRow, SurfaceHitRowsView, SurfaceHitRowsViewMut, SurfaceHitsView,
 };
 pub use levels::{DepthQueues, Levels};
 pub use primary::PrimaryQueue;

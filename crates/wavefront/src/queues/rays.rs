@@ -51,25 +51,34 @@ columns! {
 }
 
 impl PathRay {
-    /// The ray alone.
+    /// The ray alone, that looks at a moment.
     #[inline(always)]
-    pub fn ray(&self) -> Ray {
-        Ray {
-            origin: Vec3::new(self.origin_x, self.origin_y, self.origin_z),
-            direction: Vec3::new(self.direction_x, self.direction_y, self.direction_z),
-        }
+    pub fn ray(&self, time: f32) -> Ray {
+        Ray { origin: self.origin(), direction: self.direction(), time }
     }
 
-    /// The same path along another ray.
+    /// Where it starts.
     #[inline(always)]
-    pub fn along(self, ray: Ray) -> PathRay {
+    pub fn origin(&self) -> Vec3 {
+        Vec3::new(self.origin_x, self.origin_y, self.origin_z)
+    }
+
+    /// Where it goes.
+    #[inline(always)]
+    pub fn direction(&self) -> Vec3 {
+        Vec3::new(self.direction_x, self.direction_y, self.direction_z)
+    }
+
+    /// The same path along another way.
+    #[inline(always)]
+    pub fn along(self, origin: Vec3, direction: Vec3) -> PathRay {
         PathRay {
-            origin_x: ray.origin.x,
-            origin_y: ray.origin.y,
-            origin_z: ray.origin.z,
-            direction_x: ray.direction.x,
-            direction_y: ray.direction.y,
-            direction_z: ray.direction.z,
+            origin_x: origin.x,
+            origin_y: origin.y,
+            origin_z: origin.z,
+            direction_x: direction.x,
+            direction_y: direction.y,
+            direction_z: direction.z,
             ..self
         }
     }
@@ -97,11 +106,12 @@ impl PathRay {
 }
 
 impl<'a> PathRaysView<'a> {
-    /// The columns that traversal reads.
-    pub fn rays(&self) -> Rays<'a> {
+    /// The columns that traversal reads, beside the times at which the rays look.
+    pub fn rays(&self, time: &'a [f32]) -> Rays<'a> {
         Rays {
             origin: [self.origin_x, self.origin_y, self.origin_z],
             direction: [self.direction_x, self.direction_y, self.direction_z],
+            time,
         }
     }
 }

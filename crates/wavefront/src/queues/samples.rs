@@ -3,6 +3,7 @@
 use brewster_film::Light;
 use brewster_lanes::columns;
 
+use crate::context::Context;
 use crate::random::{PixelKey, Sampler, Stream};
 
 columns! {
@@ -24,6 +25,12 @@ columns! {
 }
 
 impl SamplesView<'_> {
+    /// When a sample's path looks: [`Context::time`].
+    #[inline(always)]
+    pub fn time(&self, context: &Context<'_>, sample: u32) -> f32 {
+        context.time(self.key[sample as usize], self.number[sample as usize])
+    }
+
     /// The random numbers of a branch of a sample's path.
     #[inline(always)]
     pub fn stream(&self, sampler: &Sampler, sample: u32, branch: u32) -> Stream {

@@ -41,13 +41,17 @@ columns! {
 }
 
 impl ShadowRay {
-    /// The ray alone.
+    /// The ray alone, that looks at a moment.
     #[inline(always)]
-    pub fn ray(&self) -> Ray {
-        Ray {
-            origin: Vec3::new(self.origin_x, self.origin_y, self.origin_z),
-            direction: Vec3::new(self.direction_x, self.direction_y, self.direction_z),
-        }
+    pub fn ray(&self, time: f32) -> Ray {
+        let origin = Vec3::new(self.origin_x, self.origin_y, self.origin_z);
+        Ray { origin, direction: self.direction(), time }
+    }
+
+    /// Where it goes.
+    #[inline(always)]
+    pub fn direction(&self) -> Vec3 {
+        Vec3::new(self.direction_x, self.direction_y, self.direction_z)
     }
 
     /// What is left of it behind a surface at some distance.
@@ -59,11 +63,12 @@ impl ShadowRay {
 }
 
 impl<'a> ShadowRaysView<'a> {
-    /// The columns that traversal reads.
-    pub fn rays(&self) -> Rays<'a> {
+    /// The columns that traversal reads, beside the times at which the rays look.
+    pub fn rays(&self, time: &'a [f32]) -> Rays<'a> {
         Rays {
             origin: [self.origin_x, self.origin_y, self.origin_z],
             direction: [self.direction_x, self.direction_y, self.direction_z],
+            time,
         }
     }
 }

@@ -1,6 +1,5 @@
 //! Lets rays cross boundaries that are none.
 
-use brewster_geometry::Ray;
 use brewster_optics::lobe::DELTA;
 
 use crate::context::Context;
@@ -31,6 +30,5 @@ pub(crate) fn behind(context: &Context<'_>, ray: &PathRay, crossing: &Crossing, 
     if context.albedos.is_some() {
         counts.ledger.crossed.add(ray.weight);
     }
-    let onward = Ray { origin: crossing.origin, direction: ray.ray().direction };
-    PathRay { media: crossing.media, pdf: DELTA, ..ray.along(onward) }
+    PathRay { media: crossing.media, pdf: DELTA, ..ray.along(crossing.origin, ray.direction()) }
 }

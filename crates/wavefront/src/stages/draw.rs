@@ -35,8 +35,8 @@ columns! {
 
 /// The random numbers of one hit, drawn already or when they are asked for.
 pub trait Numbers {
-    /// The light that numbers choose for a point.
-    fn light(&self, scene: &SceneBuffers, point: Vec3) -> Option<LightSample>;
+    /// The light that numbers choose for a point at a moment.
+    fn light(&self, scene: &SceneBuffers, point: Vec3, time: f32) -> Option<LightSample>;
     /// Which direction of the sky.
     fn sky(&self) -> [f32; 2];
     /// Which direction within the lobe.
@@ -56,11 +56,11 @@ pub struct Drawn<'a> {
 
 impl Numbers for Drawn<'_> {
     #[inline(always)]
-    fn light(&self, scene: &SceneBuffers, point: Vec3) -> Option<LightSample> {
+    fn light(&self, scene: &SceneBuffers, point: Vec3, time: f32) -> Option<LightSample> {
         let Draw { light, light_x, light_y, .. } = self.numbers;
         match self.light {
             Some(light) => *light,
-            None => scene.sample_light(point, light, [light_x, light_y]),
+            None => scene.sample_light(point, time, light, [light_x, light_y]),
         }
     }
 
@@ -98,9 +98,9 @@ pub struct DrawOnDemand<'a> {
 
 impl Numbers for DrawOnDemand<'_> {
     #[inline(always)]
-    fn light(&self, scene: &SceneBuffers, point: Vec3) -> Option<LightSample> {
+    fn light(&self, scene: &SceneBuffers, point: Vec3, time: f32) -> Option<LightSample> {
         let choice = self.sampler.one(self.stream, Decision::Light.at(self.depth));
-        scene.sample_light(point, choice, self.sampler.pair(self.stream, Decision::LightPoint.at(self.depth)))
+        scene.sample_light(point, time, choice, self.sampler.pair(self.stream, Decision::LightPoint.at(self.depth)))
     }
 
     #[inline(always)]
@@ -192,7 +192,7 @@ pub fn draw<Kind: Scatter>(
     let (level, sampler, hits) = (context.policy.level, &context.sampler, hits.columns());
     let Draws { streams, numbers, lights } = draws;
     streams.clear();
-    for &ray in hits.ray {
+    for &ray in hits.rays() {
         let ray = ray as usize;
         streams.push(samples.stream(sampler, rays.sample[ray], rays.branch[ray]));
     }
@@ -205,7 +205,7 @@ pub fn draw<Kind: Scatter>(
         pairs(level, sampler, streams, place, out.light_x, out.light_y);
         if Kind::ASKS_LIGHTS {
             lights.resize(hits.len(), None);
-            context.scene.sample_lights(level, hits.point, out.light, [out.light_x, out.light_y], lights);
+            context.scene.sample_lights(level, hits.points(), out.light, [out.light_x, out.light_y], lights);
         }
     }
     if !context.scene.background.is_black() {

@@ -46,7 +46,7 @@ pub(crate) fn seen_behind(
         Backdrop::Transparent if depth == 0 => return None,
         _ => background,
     };
-    let direction = ray.ray().direction;
+    let direction = ray.direction();
     let share = if ray.pdf == DELTA { 1.0 } else { power_heuristic(ray.pdf, background.pdf(direction)) };
     let scale = share * context.radiance_scale(stacks, ray.media, ray.wavelength);
     let radiance = ray.weight * seen.radiance(direction) * scale;

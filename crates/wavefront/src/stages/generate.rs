@@ -47,7 +47,8 @@ pub(crate) fn camera_ray(context: &Context<'_>, (x, y): (u32, u32), number: u32,
         Integrator::Whitted => (context.pattern[number as usize], Vec2::ZERO),
         Integrator::Path => random_place(context, PixelKey::new(x, y), number),
     };
-    let ray = context.camera.ray((center + offset) / resolution, resolution.x / resolution.y, lens);
+    let time = context.time(PixelKey::new(x, y), number);
+    let ray = context.camera.ray((center + offset) / resolution, resolution.x / resolution.y, lens, time);
     PathRay {
         origin_x: ray.origin.x,
         origin_y: ray.origin.y,

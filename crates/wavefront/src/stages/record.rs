@@ -31,8 +31,9 @@ pub fn record(
 pub(crate) fn first_hit(context: &Context<'_>, hit: &SurfaceHit, keeps_parts: bool) -> FirstHit {
     let material = context.scene.instances.view().material[hit.instance as usize].0;
     let albedo = if keeps_parts { albedo(context, material, hit) } else { Vec3::ZERO };
+    let eye = context.camera.frame(hit.time);
     FirstHit {
-        depth: (hit.point.position - context.camera.position).dot(context.camera.forward).max(0.0),
+        depth: (hit.point.position - eye.position).dot(eye.forward).max(0.0),
         normal: hit.point.shading_normal.to_array(),
         albedo: albedo.to_array(),
         material,

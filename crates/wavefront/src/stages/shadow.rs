@@ -8,7 +8,7 @@ use super::scatter::straight;
 use crate::context::Context;
 use crate::media::{MediaStacks, Medium};
 use crate::policy::Policy;
-use crate::queues::{Contribution, ContributionQueue, End, SamplesViewMut, ShadowQueue, ShadowRay};
+use crate::queues::{Contribution, ContributionQueue, End, SamplesView, SamplesViewMut, ShadowQueue, ShadowRay};
 use crate::stats::Counts;
 
 /// Memory that [`shadow`] reuses.
@@ -17,6 +17,7 @@ pub struct ShadowScratch {
     blocked: Vec<bool>,
     hits: HitColumns,
     next: ShadowQueue,
+    times: Vec<f32>,
 }
 
 impl ShadowScratch {
@@ -25,6 +26,7 @@ impl ShadowScratch {
         self.blocked.capacity()
             + self.hits.capacity() * HitColumns::BYTES_PER_ROW
             + self.next.capacity() * ShadowQueue::BYTES_PER_ROW
+            + size_of_val(&*self.times)
     }
 }
 
@@ -47,7 +49,7 @@ pub fn shadow(
         while !queue.is_empty() {
             counts.shadow_segments += queue.len() as u64;
             count_rays(queue, &mut samples);
-            follow(context, queue, stacks, scratch, contributions);
+            follow(context, queue, stacks, scratch, samples.as_view(), contributions);
         }
     } else {
         counts.shadow_segments += queue.len() as u64;
@@ -59,7 +61,8 @@ pub fn shadow(
         let view = queue.view();
         scratch.blocked.resize(view.len(), false);
         let Policy { kernel, level, .. } = context.policy;
-        occluded_by(kernel, &context.geometry, level, view.rays(), view.distance, &mut scratch.blocked);
+        context.times(samples.as_view(), view.sample, &mut scratch.times);
+        occluded_by(kernel, &context.geometry, level, view.rays(&scratch.times), view.distance, &mut scratch.blocked);
         for row in 0..view.len() {
             let ray = view.get(row);
             if !scratch.blocked[row] {
@@ -76,7 +79,7 @@ pub fn shadow(
         while !queue.is_empty() {
             counts.shadow_segments += queue.len() as u64;
             count_rays(queue, &mut samples);
-            follow(context, queue, stacks, scratch, contributions);
+            follow(context, queue, stacks, scratch, samples.as_view(), contributions);
         }
     }
     counts.shadowed += (sent - (contributions.len() - before)) as u64;
@@ -108,16 +111,19 @@ fn follow(
     queue: &mut ShadowQueue,
     stacks: &mut MediaStacks,
     scratch: &mut ShadowScratch,
+    samples: SamplesView<'_>,
     contributions: &mut ContributionQueue,
 ) {
     scratch.hits.resize(queue.len(), Hit::miss());
     let Policy { kernel, level, .. } = context.policy;
-    closest_hits_by(kernel, &context.geometry, level, queue.view().rays(), scratch.hits.view_mut());
+    context.times(samples, queue.view().sample, &mut scratch.times);
+    closest_hits_by(kernel, &context.geometry, level, queue.view().rays(&scratch.times), scratch.hits.view_mut());
     scratch.next.clear();
     // The two queues change places: either has room for what the other may get.
     scratch.next.reserve(queue.capacity());
     for row in 0..queue.len() {
-        match meet(context, &queue.get(row), &scratch.hits.get(row), stacks) {
+        let ray = queue.get(row);
+        match meet(context, &ray, (&scratch.hits.get(row), samples.time(context, ray.sample)), stacks) {
             Met::Light(contribution) => contributions.push(contribution),
             Met::Passed(ray) => scratch.next.push(ray),
             Met::Blocked => {}
@@ -136,11 +142,11 @@ pub(crate) enum Met {
     Blocked,
 }
 
-/// Follows a ray to what it hits: past a surface that is partly absent weakened by the part that is there, through a sheet or a
+/// Follows a ray to what it hits when it looks: past a surface that is partly absent weakened by the part that is there, through a sheet or a
 /// dielectric, where it may, weakened by what that does not let pass, to its light, or not at all. Factors multiply in the order
 /// of the hits.
 #[inline(always)]
-pub(crate) fn meet(context: &Context<'_>, ray: &ShadowRay, hit: &Hit, stacks: &mut MediaStacks) -> Met {
+pub(crate) fn meet(context: &Context<'_>, ray: &ShadowRay, (hit, time): (&Hit, f32), stacks: &mut MediaStacks) -> Met {
     let scene = context.scene;
     let dielectrics = scene.materials.dielectric.view();
     let end = hit.t.min(ray.distance);
@@ -157,14 +163,17 @@ pub(crate) fn meet(context: &Context<'_>, ray: &ShadowRay, hit: &Hit, stacks: &m
     if !(is_veil || is_clear || is_sheet) {
         return Met::Blocked;
     }
-    let point = surface(&context.geometry, &ray.ray(), hit);
-    let direction = ray.ray().direction;
+    let point = surface(&context.geometry, &ray.ray(time), hit);
+    let direction = ray.direction();
     let mut behind = ray.media;
     if is_veil || is_sheet {
-        let there =
-            if is_veil { scene.coverage(id, &context.seen(point.place(hit.instance, hit.primitive))) } else { 1.0 };
+        let there = if is_veil {
+            scene.coverage(id, &context.seen(point.place(hit.instance, hit.primitive, time)))
+        } else {
+            1.0
+        };
         let filling = stacks.filling(ray.media);
-        let through = if is_sheet { straight(context, ray, (hit, point), filling) } else { Vec3::ZERO };
+        let through = if is_sheet { straight(context, ray, (hit, point, time), filling) } else { Vec3::ZERO };
         contribution *= through * there + (1.0 - there);
     } else {
         let inward = direction.dot(point.geometric_normal) < 0.0;

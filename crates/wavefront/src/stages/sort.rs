@@ -1,7 +1,7 @@
 //! Parts hits by kind of material, and those that escaped.
 
 use brewster_buffers::{DetailId, MaterialKind, Mix};
-use brewster_geometry::{Hit, HitsView, Ray, SurfacePlace, SurfacePoint, offset_origin, surfaces};
+use brewster_geometry::{Hit, HitsView, Ray, Rays, SurfacePlace, SurfacePoint, offset_origin, surfaces};
 
 use crate::context::Context;
 use crate::media::{MediaStacks, Medium};
@@ -39,18 +39,18 @@ pub struct SortedHits {
 }
 
 impl SortedHits {
-    /// Drops all rows; keeps the memory.
-    pub fn clear(&mut self) {
+    /// Drops all rows; keeps the memory. Says whether the next ones have to know when they were.
+    pub fn clear(&mut self, moves: bool) {
         self.escaped.clear();
         self.crossings.clear();
-        self.phong.clear();
-        self.lambert.clear();
-        self.rough_diffuse.clear();
-        self.metal.clear();
-        self.dielectric.clear();
-        self.emissive.clear();
-        self.principled.clear();
-        self.coated.clear();
+        self.phong.clear(moves);
+        self.lambert.clear(moves);
+        self.rough_diffuse.clear(moves);
+        self.metal.clear(moves);
+        self.dielectric.clear(moves);
+        self.emissive.clear(moves);
+        self.principled.clear(moves);
+        self.coated.clear(moves);
     }
 
     /// Runs over the hits of every kind.
@@ -118,22 +118,23 @@ pub fn sort(
     counts: &mut Counts,
 ) {
     let Arrivals { rays, hits, samples, depth } = arrivals;
-    sorted.clear();
+    sorted.clear(context.moves);
     let mut points = [SurfacePoint::default(); RUN];
+    let mut times = [0.0; RUN];
     for row in 0..rays.len() {
         if row % RUN == 0 {
             let run = row..rays.len().min(row + RUN);
-            surfaces(
-                context.policy.level,
-                &context.geometry,
-                rays.rays().slice(run.clone()),
-                hits.slice(run),
-                &mut points,
-            );
+            let times = &mut times[..if context.moves { run.len() } else { 0 }];
+            for (time, &sample) in times.iter_mut().zip(&rays.sample[run.clone()]) {
+                *time = samples.time(context, sample);
+            }
+            let looking = Rays { time: times, ..rays.rays(&[]).slice(run.clone()) };
+            surfaces(context.policy.level, &context.geometry, looking, hits.slice(run), &mut points);
         }
         let stream = || samples.stream(&context.sampler, rays.sample[row], rays.branch[row]);
         let found = (&hits.get(row), |_: &_| points[row % RUN]);
-        let (kind, hit) = match arrive(context, (&rays.get(row), row as u32), found, depth, stream, stacks) {
+        let arrived = (&rays.get(row), row as u32, times[row % RUN]);
+        let (kind, hit) = match arrive(context, arrived, found, depth, stream, stacks) {
             Arrival::Nothing => {
                 sorted.escaped.push(Escaped { ray: row as u32 });
                 continue;
@@ -174,11 +175,11 @@ pub(crate) enum Arrival {
     Surface(MaterialKind, SurfaceHit),
 }
 
-/// What one ray met; `point` tells the point of the surface there, and `stream` has the numbers of its branch.
+/// What one ray met that looks at a moment; `point` tells the point of the surface there, and `stream` has the numbers of its branch.
 #[inline(always)]
 pub(crate) fn arrive(
     context: &Context<'_>,
-    (ray, row): (&PathRay, u32),
+    (ray, row, time): (&PathRay, u32, f32),
     (hit, point): (&Hit, impl FnOnce(&Ray) -> SurfacePoint),
     depth: u32,
     stream: impl FnOnce() -> Stream,
@@ -190,14 +191,14 @@ pub(crate) fn arrive(
     let scene = context.scene;
     let material = scene.instances.view().material[hit.instance as usize];
     let mut material = scene.materials.rows.view().get(material.0 as usize);
-    let mut point = point(&ray.ray());
-    let direction = ray.ray().direction;
+    let mut point = point(&ray.ray(time));
+    let direction = ray.direction();
     if material.detail != DetailId::NONE {
-        let place = context.seen(point.place(hit.instance, hit.primitive));
+        let place = context.seen(point.place(hit.instance, hit.primitive, time));
         point.shading_normal = scene.bent_normal(material.detail, &place, &point, direction);
     }
     if material.kind == MaterialKind::Mix {
-        let place = context.seen(point.place(hit.instance, hit.primitive));
+        let place = context.seen(point.place(hit.instance, hit.primitive, time));
         (material.kind, material.row) = resolve(context, stream(), depth, material.row, &place);
     }
     if let Some(medium) = scene.materials.medium(material) {
@@ -209,7 +210,7 @@ pub(crate) fn arrive(
         }
     }
     let (instance, primitive) = (hit.instance, hit.primitive);
-    Arrival::Surface(material.kind, SurfaceHit { ray: row, instance, primitive, material: material.row, point })
+    Arrival::Surface(material.kind, SurfaceHit { ray: row, instance, primitive, material: material.row, point, time })
 }
 
 /// The material of a mix that a ray meets, its kind and row: one of both by a number, at every level of mixes in mixes by another.

@@ -59,6 +59,7 @@ pub struct TraceScratch {
     hits: HitColumns,
     passing: PassingColumns,
     next: PassingColumns,
+    times: Vec<f32>,
 }
 
 impl TraceScratch {
@@ -66,6 +67,7 @@ impl TraceScratch {
     pub fn bytes(&self) -> usize {
         self.hits.capacity() * HitColumns::BYTES_PER_ROW
             + (self.passing.capacity() + self.next.capacity()) * PassingColumns::BYTES_PER_ROW
+            + size_of_val(&*self.times)
     }
 }
 
@@ -84,7 +86,8 @@ pub fn trace(
 ) {
     hits.resize(rays.len(), Hit::miss());
     let Policy { kernel, level, .. } = context.policy;
-    closest_hits_by(kernel, &context.geometry, level, rays.rays(), hits.view_mut());
+    context.times(samples.as_view(), rays.sample, &mut scratch.times);
+    closest_hits_by(kernel, &context.geometry, level, rays.rays(&scratch.times), hits.view_mut());
     for &sample in rays.sample {
         samples.rays[sample as usize] += 1;
     }
@@ -95,7 +98,7 @@ pub fn trace(
     scratch.passing.reserve(rays.len());
     scratch.next.reserve(rays.len());
     for row in 0..rays.len() {
-        let ray = rays.get(row).ray();
+        let ray = rays.get(row).ray(samples.as_view().time(context, rays.sample[row]));
         let stream = || samples.as_view().stream(&context.sampler, rays.sample[row], rays.branch[row]);
         if let Some(behind) = behind_veil(context, (&ray, &hits.get(row)), 0.0, depth, stream) {
             scratch.passing.push(Passing::new(behind, ray.direction, row));
@@ -105,9 +108,16 @@ pub fn trace(
         let passing = scratch.passing.view();
         counts.passed += passing.len() as u64;
         scratch.hits.resize(passing.len(), Hit::miss());
+        let scene_moves = !scratch.times.is_empty();
+        scratch.times.clear();
+        if scene_moves {
+            let time = |&row: &u32| samples.as_view().time(context, rays.sample[row as usize]);
+            scratch.times.extend(passing.row.iter().map(time));
+        }
         let onward = Rays {
             origin: [passing.origin_x, passing.origin_y, passing.origin_z],
             direction: [passing.direction_x, passing.direction_y, passing.direction_z],
+            time: &scratch.times,
         };
         closest_hits_by(kernel, &context.geometry, level, onward, scratch.hits.view_mut());
         scratch.next.clear();
@@ -148,7 +158,7 @@ pub(crate) fn behind_veil(
     let point = surface(&context.geometry, ray, hit);
     let coverage = match is_culled {
         true => 0.0,
-        false => scene.coverage(material, &context.seen(point.place(hit.instance, hit.primitive))),
+        false => scene.coverage(material, &context.seen(point.place(hit.instance, hit.primitive, ray.time))),
     };
     let is_there = coverage >= 1.0
         || coverage > 0.0 && {

@@ -9,15 +9,16 @@ use bevy_ecs::query::With;
 use bevy_ecs::resource::Resource;
 use bevy_ecs::system::{Query, Res, ResMut};
 use brewster_buffers as buffers;
+use brewster_buffers::CameraFrame;
 use brewster_lanes::math;
-use glam::{Affine3A, Vec3};
+use glam::Affine3A;
 
 use super::Buffers;
 use super::directory::Owner;
 use super::report::{FlattenReport, Problem};
 use super::rows::overwrite;
 use crate::components::{Camera, Lens, Projection, SceneKey, WorldTransform};
-use crate::systems::{Moved, Watch, for_each_changed};
+use crate::systems::{Moved, Watch, WorldMotions, for_each_changed};
 
 /// Which cameras were left out.
 #[derive(Resource, Default)]
@@ -27,7 +28,7 @@ pub(super) struct CameraIndex {
 
 /// Writes cameras if any of them changed, moved, came or went, or has another name.
 pub(super) fn flatten_cameras(
-    (watch, moved): (Watch<Camera>, Res<Moved>),
+    (watch, moved, motions): (Watch<Camera>, Res<Moved>, Res<WorldMotions>),
     (keys, names): (Watch<SceneKey, With<Camera>>, Watch<Name, With<Camera>>),
     (mut removed, mut unnamed): (RemovedComponents<Camera>, RemovedComponents<Name>),
     cameras: Query<(Entity, &SceneKey, &WorldTransform, &Camera, Option<&Name>)>,
@@ -54,7 +55,8 @@ pub(super) fn flatten_cameras(
     for (owner, place, camera, name) in sorted {
         let name = name.map_or("", |name| name.as_str());
         let row = owner.check_after(last.as_ref());
-        match row.and_then(|()| flatten(camera, place, name, owner.key).map_err(Problem::Camera)) {
+        let keys = motions.of(owner.entity).map_or(&[][..], |keys| keys);
+        match row.and_then(|()| flatten(camera, (place, keys), name, owner.key).map_err(Problem::Camera)) {
             Ok(row) => rows.push(row),
             Err(problem) => {
                 index.invalid.insert(owner.entity, problem);
@@ -66,9 +68,18 @@ pub(super) fn flatten_cameras(
     report.cameras = overwrite(&mut buffers.0.cameras, rows);
 }
 
-/// The row of a camera at a place; the error says what must hold.
-fn flatten(camera: &Camera, place: Affine3A, name: &str, key: u64) -> Result<buffers::Camera, &'static str> {
-    let [right, up, forward] = frame(place).ok_or("a camera's transform must not flatten its view, nor be infinite")?;
+/// The row of a camera at a place that may move on; the error says what must hold.
+fn flatten(
+    camera: &Camera,
+    (place, keys): (Affine3A, &[Affine3A]),
+    name: &str,
+    key: u64,
+) -> Result<buffers::Camera, &'static str> {
+    let CameraFrame { position, right, up, forward } = frame(place)?;
+    let motion = keys.iter().map(|&key| frame(key)).collect::<Result<Vec<_>, _>>()?;
+    if motion.windows(2).any(|pair| pair[0].forward.dot(pair[1].forward) < 0.5 || pair[0].up.dot(pair[1].up) < 0.5) {
+        return Err("a camera must turn by less than 60 degrees in one step of its motion");
+    }
     let projection = match camera.projection {
         Projection::Perspective { vfov } if vfov > 0.0 && vfov < std::f32::consts::PI => {
             buffers::Projection::Perspective(math::tan(0.5 * vfov))
@@ -89,7 +100,7 @@ fn flatten(camera: &Camera, place: Affine3A, name: &str, key: u64) -> Result<buf
     }
     Ok(buffers::Camera {
         name: name.to_owned(),
-        position: place.translation.into(),
+        position,
         right,
         up,
         forward,
@@ -98,47 +109,50 @@ fn flatten(camera: &Camera, place: Affine3A, name: &str, key: u64) -> Result<buf
         focus_distance,
         blades,
         key,
+        motion: if motion.iter().all(|frame| *frame == motion[0]) { Vec::new() } else { motion },
     })
 }
 
-/// Right, up and forward at a place: unit vectors at right angles and right-handed, forward along -Z and up as near +Y as can be.
-fn frame(place: Affine3A) -> Option<[Vec3; 3]> {
+/// The frame at a place: unit vectors at right angles and right-handed, forward along -Z and up as near +Y as can be.
+fn frame(place: Affine3A) -> Result<CameraFrame, &'static str> {
     let forward = -place.matrix3.z_axis.as_dvec3();
     let forward = forward / forward.length();
     let right = forward.cross(place.matrix3.y_axis.as_dvec3());
     let right = right / right.length();
     let up = right.cross(forward);
     let is_sound = place.is_finite() && right.is_finite() && up.is_finite();
-    is_sound.then_some([right.as_vec3(), up.as_vec3(), forward.as_vec3()])
+    let [right, up, forward] = [right, up, forward].map(|axis| axis.as_vec3());
+    let frame = CameraFrame { position: place.translation.into(), right, up, forward };
+    if is_sound { Ok(frame) } else { Err("a camera's transform must not flatten its view, nor be infinite") }
 }
 
 #[cfg(test)]
 mod tests {
-    use glam::Quat;
+    use glam::{Quat, Vec3};
 
     use super::*;
 
     #[test]
     fn a_frame_forgets_scale_and_shear() {
-        assert_eq!(frame(Affine3A::IDENTITY), Some([Vec3::X, Vec3::Y, Vec3::NEG_Z]));
+        let axes = |place| frame(place).map(|frame| [frame.right, frame.up, frame.forward]);
+        assert_eq!(axes(Affine3A::IDENTITY), Ok([Vec3::X, Vec3::Y, Vec3::NEG_Z]));
         let turn = Quat::from_rotation_y(0.7) * Quat::from_rotation_x(-0.2);
         let turned = Affine3A::from_quat(turn);
         let scaled = turned * Affine3A::from_scale(Vec3::new(3.0, 0.1, 40.0));
         let expected = [turn * Vec3::X, turn * Vec3::Y, turn * Vec3::NEG_Z];
         for place in [turned, scaled] {
-            let frame = frame(place).unwrap();
-            for (axis, expected) in frame.into_iter().zip(expected) {
+            for (axis, expected) in axes(place).unwrap().into_iter().zip(expected) {
                 assert!((axis - expected).length() < 1e-6 && (axis.length() - 1.0).abs() < 1e-6, "{place} {axis}");
             }
         }
         for flat in [Vec3::new(1.0, 0.0, 1.0), Vec3::new(1.0, 1.0, 0.0), Vec3::NAN] {
-            assert_eq!(frame(Affine3A::from_scale(flat)), None);
+            assert!(frame(Affine3A::from_scale(flat)).is_err());
         }
     }
 
     #[test]
     fn views_that_see_nothing_are_refused() {
-        let flatten = |projection| flatten(&Camera { projection, lens: None }, Affine3A::IDENTITY, "", 0);
+        let flatten = |projection| flatten(&Camera { projection, lens: None }, (Affine3A::IDENTITY, &[]), "", 0);
         let half_pi = std::f32::consts::FRAC_PI_2;
         let buffers::Projection::Perspective(tangent) =
             flatten(Projection::Perspective { vfov: half_pi }).unwrap().projection

@@ -9,7 +9,8 @@ use bevy_ecs::query::Has;
 use bevy_ecs::resource::Resource;
 use bevy_ecs::system::{Query, Res, ResMut, SystemParam};
 use brewster_buffers::{Instance, InstanceColumns, SceneBuffers};
-use brewster_geometry::{Affine, Instances};
+use brewster_geometry::{Affine, Instances, Motion, Motions, TransformError};
+use glam::Affine3A;
 
 use super::directory::Owner;
 use super::materials::MaterialIndex;
@@ -17,7 +18,7 @@ use super::report::{FlattenReport, Problem};
 use super::shapes::ShapeIndex;
 use super::{Buffers, Edits};
 use crate::components::{Material, SceneKey, Shape, UsesMaterial, UsesShape, WorldTransform};
-use crate::systems::{Moved, Watch, for_each_changed};
+use crate::systems::{Moved, Watch, WorldMotions, for_each_changed};
 
 /// Which entity has which row.
 #[derive(Resource, Default)]
@@ -26,6 +27,8 @@ pub(super) struct InstanceIndex {
     pub(super) sources: Vec<Source>,
     /// The key under which an entity has a row.
     keys: EntityHashMap<u64>,
+    /// How instances move, by key.
+    motions: BTreeMap<u64, Motion>,
     /// Entities that would be instances, and what is in the way. They are tried again at every flatten.
     pub(super) invalid: BTreeMap<Entity, Problem>,
 }
@@ -44,6 +47,14 @@ impl InstanceIndex {
         let key = self.keys.get(&entity)?;
         Some(columns.view().key.binary_search(key).expect("keys of the index are in the columns"))
     }
+
+    /// Notes how the instance of a key moves.
+    fn note_motion(&mut self, key: u64, motion: Option<Motion>) {
+        match motion {
+            Some(motion) => drop(self.motions.insert(key, motion)),
+            None => drop(self.motions.remove(&key)),
+        }
+    }
 }
 
 /// What makes an entity an instance.
@@ -52,6 +63,7 @@ pub(super) struct Wearers<'w, 's> {
     entities: Query<'w, 's, Wearer>,
     shapes: Res<'w, ShapeIndex>,
     materials: Res<'w, MaterialIndex>,
+    motions: Res<'w, WorldMotions>,
 }
 
 type Wearer = (
@@ -62,8 +74,8 @@ type Wearer = (
 );
 
 impl Wearers<'_, '_> {
-    /// The row of an entity; none if it is no instance, or if what it has of its own is left out already.
-    fn resolve(&self, entity: Entity, buffers: &SceneBuffers) -> Result<Option<(Source, Instance)>, Problem> {
+    /// The row of an entity, and how it moves; none if it is no instance, or if what it has of its own is left out already.
+    fn resolve(&self, entity: Entity, buffers: &SceneBuffers) -> Result<Option<Resolved>, Problem> {
         let Ok((key, place, (has_shape, uses_shape), (has_material, uses_material))) = self.entities.get(entity) else {
             return Ok(None);
         };
@@ -81,16 +93,26 @@ impl Wearers<'_, '_> {
         }
         let object_to_world = Affine::from_affine3a(place.0).map_err(Problem::Transform)?;
         let world_to_object = object_to_world.inverse().map_err(Problem::Transform)?;
+        let motion = self.motions.of(entity).map_or(Ok(None), |keys| motion(keys)).map_err(Problem::Transform)?;
         let alone = Instances {
             world_to_object: &[world_to_object],
+            motions: &Motions::new([motion.as_ref()]),
             shapes: &[shape],
             table: &buffers.shapes,
             mesh_trees: &buffers.trees.meshes,
         };
         alone.bounds(0).map_err(|_| Problem::OutOfRange)?;
         let source = Source { entity, shape: shape_row };
-        Ok(Some((source, Instance { object_to_world, world_to_object, shape, material, key: key.0 })))
+        Ok(Some((source, Instance { object_to_world, world_to_object, shape, material, key: key.0 }, motion)))
     }
+}
+
+/// What becomes of an instance.
+type Resolved = (Source, Instance, Option<Motion>);
+
+/// A motion through places; none if they are all one.
+fn motion(keys: &[Affine3A]) -> Result<Option<Motion>, TransformError> {
+    Motion::new(&keys.iter().copied().map(Affine::from_affine3a).collect::<Result<Vec<_>, _>>()?)
 }
 
 /// Notes the entities that may have become an instance, may be one no longer, or may refer to something else.
@@ -128,11 +150,12 @@ pub(super) fn flatten_removed_instances(
     for &entity in edits.rewired.iter().chain(&moved.0) {
         let Some(&key) = index.keys.get(&entity) else { continue };
         let resolved = wearers.resolve(entity, buffers);
-        if matches!(&resolved, Ok(Some((_, instance))) if instance.key == key) {
+        if matches!(&resolved, Ok(Some((_, instance, _))) if instance.key == key) {
             continue;
         }
         removed.extend(index.row(entity, &buffers.instances));
         index.keys.remove(&entity);
+        index.note_motion(key, None);
         if let Err(problem) = resolved {
             index.invalid.insert(entity, problem);
         }
@@ -178,7 +201,8 @@ pub(super) fn flatten_added_instances(
             Ok(Some(_)) if is_taken => {
                 index.invalid.insert(entity, Problem::DuplicateKey(key));
             }
-            Ok(Some((source, instance))) => {
+            Ok(Some((source, instance, motion))) => {
+                index.note_motion(key, motion);
                 added.push(instance);
                 sources.push(source);
                 index.keys.insert(entity, key);
@@ -204,7 +228,7 @@ pub(super) fn flatten_rewired_instances(
 ) {
     let (buffers, edits) = (&mut buffers.0, &mut *edits);
     for &entity in &edits.rewired {
-        let (Some(row), Ok(Some((source, instance)))) =
+        let (Some(row), Ok(Some((source, instance, motion)))) =
             (index.row(entity, &buffers.instances), wearers.resolve(entity, buffers))
         else {
             continue;
@@ -216,6 +240,7 @@ pub(super) fn flatten_rewired_instances(
             edits.rewritten.push(row as u32);
         }
         buffers.instances.set(row, instance);
+        index.note_motion(instance.key, motion);
         index.sources[row] = source;
     }
     edits.touched.extend(
@@ -228,21 +253,35 @@ pub(super) fn flatten_rewired_instances(
 pub(super) fn flatten_moved_instances(
     wearers: Wearers,
     moved: Res<Moved>,
-    index: Res<InstanceIndex>,
+    mut index: ResMut<InstanceIndex>,
     mut edits: ResMut<Edits>,
     mut buffers: ResMut<Buffers>,
     mut report: ResMut<FlattenReport>,
 ) {
     let buffers = &mut buffers.0;
     for &entity in &moved.0 {
-        let (Some(row), Ok(Some((_, instance)))) =
+        let (Some(row), Ok(Some((_, instance, motion)))) =
             (index.row(entity, &buffers.instances), wearers.resolve(entity, buffers))
         else {
             continue;
         };
         report.instances.rewritten += 1;
         buffers.instances.set(row, instance);
+        index.note_motion(instance.key, motion);
         edits.touched.push(row as u32);
+    }
+}
+
+/// Has the table of motions follow: in place, or made anew where rows came or went or a motion has another number of keys.
+pub(super) fn flatten_motions(index: Res<InstanceIndex>, edits: Res<Edits>, mut buffers: ResMut<Buffers>) {
+    let SceneBuffers { instances, motions, .. } = &mut buffers.0;
+    if index.motions.is_empty() && motions.is_empty() {
+        return;
+    }
+    let of = |row: u32| index.motions.get(&instances.view().key[row as usize]);
+    let mut changed = edits.touched.iter().chain(&edits.rewritten);
+    if edits.regrouped || !changed.all(|&row| motions.set(row, of(row))) {
+        *motions = Motions::new((0..instances.len() as u32).map(of));
     }
 }
 

@@ -10,7 +10,7 @@ use bevy_ecs::query::With;
 use bevy_ecs::resource::Resource;
 use bevy_ecs::system::{Query, Res, ResMut};
 use brewster_buffers as buffers;
-use brewster_buffers::LightKind;
+use brewster_buffers::{LightKind, LightMotion};
 use brewster_lanes::math;
 use glam::{Affine3A, Vec3};
 
@@ -20,7 +20,7 @@ use super::report::{FlattenReport, Problem};
 use super::rows::overwrite;
 use super::textures::is_color;
 use crate::components::{Falloff, Light, SceneKey, WorldTransform};
-use crate::systems::{Moved, Watch, for_each_changed};
+use crate::systems::{Moved, Watch, WorldMotions, for_each_changed};
 
 /// Which lights were left out.
 #[derive(Resource, Default)]
@@ -30,7 +30,8 @@ pub(super) struct LightIndex {
 
 /// Writes lights if any of them changed, moved, came or went.
 pub(super) fn flatten_lights(
-    (watch, keys, moved): (Watch<Light>, Watch<SceneKey, With<Light>>, Res<Moved>),
+    (watch, keys): (Watch<Light>, Watch<SceneKey, With<Light>>),
+    (moved, motions): (Res<Moved>, Res<WorldMotions>),
     mut removed: RemovedComponents<Light>,
     lights: Query<(Entity, &SceneKey, &WorldTransform, &Light)>,
     mut index: ResMut<LightIndex>,
@@ -51,10 +52,18 @@ pub(super) fn flatten_lights(
     let mut ambient = Vec3::ZERO;
     let mut rows: Vec<buffers::Light> = Vec::with_capacity(sorted.len());
     let mut last: Option<Owner> = None;
+    let mut light_motions = Vec::new();
     for (owner, place, light) in sorted {
-        match owner.check_after(last.as_ref()).and_then(|()| flatten(light, place, owner.key).map_err(Problem::Light)) {
-            Ok(Flattened::Ambient(radiance)) => ambient += radiance,
-            Ok(Flattened::Row(row)) => rows.push(row),
+        let row =
+            owner.check_after(last.as_ref()).and_then(|()| flatten(light, place, owner.key).map_err(Problem::Light));
+        let keys = motions.of(owner.entity).map_or(&[][..], |keys| keys);
+        let motion = keys.iter().map(|&place| flatten(light, place, owner.key).map_err(Problem::Light));
+        match row.and_then(|row| Ok((row, motion.collect::<Result<Vec<_>, _>>()?))) {
+            Ok((Flattened::Ambient(radiance), _)) => ambient += radiance,
+            Ok((Flattened::Row(row), keys)) => {
+                light_motions.extend(motion_of(rows.len() as u32, &keys));
+                rows.push(row);
+            }
             Err(problem) => {
                 index.invalid.insert(owner.entity, problem);
                 continue;
@@ -64,6 +73,18 @@ pub(super) fn flatten_lights(
     }
     buffers.0.ambient = ambient;
     report.lights = overwrite(&mut buffers.0.lights, rows);
+    report.lights.rewritten += usize::from(buffers.0.light_motions != light_motions);
+    buffers.0.light_motions = light_motions;
+}
+
+/// How a light of a row moves through what it is at some steps; none if that is always the same.
+fn motion_of(light: u32, keys: &[Flattened]) -> Option<LightMotion> {
+    let place = |key: &Flattened| match key {
+        Flattened::Ambient(_) => None,
+        Flattened::Row(row) => Some([row.position, row.direction]),
+    };
+    let keys: Vec<_> = keys.iter().filter_map(place).collect();
+    keys.iter().any(|key| *key != keys[0]).then_some(LightMotion { light, keys })
 }
 
 /// What becomes of a light.

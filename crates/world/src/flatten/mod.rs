@@ -27,7 +27,7 @@ use brewster_buffers::SceneBuffers;
 
 use self::report::{Clock, timed};
 use crate::components::{Background, Settings};
-use crate::systems::{FreeKey, Moved, assign_keys, propagate_transforms};
+use crate::systems::{FreeKey, Moved, WorldMotions, assign_keys, propagate_transforms};
 
 pub(crate) use self::trees::Builder;
 
@@ -81,6 +81,7 @@ pub(crate) fn init_resources(world: &mut World) {
     world.init_resource::<Background>();
     world.init_resource::<FreeKey>();
     world.init_resource::<Moved>();
+    world.init_resource::<WorldMotions>();
     world.init_resource::<Buffers>();
     world.init_resource::<Edits>();
     world.init_resource::<shapes::ShapeIndex>();
@@ -136,6 +137,7 @@ pub(crate) fn schedule() -> Schedule {
         (
             timed("flatten_rewired_instances", instances::flatten_rewired_instances),
             timed("flatten_moved_instances", instances::flatten_moved_instances),
+            timed("flatten_motions", instances::flatten_motions),
         )
             .chain()
             .in_set(Set::ChangedInstances),

@@ -6,4 +6,4 @@ mod propagate;
 
 pub(crate) use changes::{Watch, for_each_changed};
 pub(crate) use keys::{FreeKey, assign_keys};
-pub(crate) use propagate::{Moved, propagate_transforms};
+pub(crate) use propagate::{Moved, WorldMotions, propagate_transforms};

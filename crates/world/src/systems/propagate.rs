@@ -3,6 +3,8 @@
 //! Only what lies below an edit is computed anew, and no farther down than anything changes. Nothing here recurses, so a chain of
 //! parents may be as long as memory lasts.
 
+use std::sync::Arc;
+
 use bevy_ecs::change_detection::DetectChanges;
 use bevy_ecs::entity::{Entity, EntityHashMap};
 use bevy_ecs::hierarchy::{ChildOf, Children};
@@ -14,26 +16,95 @@ use bevy_ecs::world::Mut;
 use glam::Affine3A;
 
 use super::{Watch, for_each_changed};
-use crate::components::{Transform, WorldTransform};
+use crate::components::{Motion, Transform, WorldTransform};
 
 /// The entities that the last propagation moved, but for those that are new: whatever needs the place of a new entity is new
 /// as well.
 #[derive(Resource, Default)]
 pub(crate) struct Moved(pub(crate) Vec<Entity>);
 
-/// What a propagation reads and writes of an entity.
-type Node =
-    (Option<&'static Transform>, Option<&'static ChildOf>, Option<&'static Children>, &'static mut WorldTransform);
+/// Where entities are that move while the shutter is open: maps to world space at equal steps of its time, two or more, the first of
+/// them that of [`WorldTransform`]. Empty where nothing moves.
+#[derive(Resource, Default)]
+pub(crate) struct WorldMotions(EntityHashMap<Arc<[Affine3A]>>);
 
-/// Writes [`WorldTransform`] of all entities at or below a transform or parent that changed.
+impl WorldMotions {
+    /// How an entity moves; none if it does not.
+    pub(crate) fn of(&self, entity: Entity) -> Option<&Arc<[Affine3A]>> {
+        if self.0.is_empty() { None } else { self.0.get(&entity) }
+    }
+
+    /// Writes how an entity moves if it is another motion to the bit, and says whether.
+    fn set(&mut self, entity: Entity, motion: Option<Arc<[Affine3A]>>) -> bool {
+        let bits =
+            |keys: &Arc<[Affine3A]>| keys.iter().map(|key| key.to_cols_array().map(f32::to_bits)).collect::<Vec<_>>();
+        match (self.of(entity), motion) {
+            (None, None) => false,
+            (Some(old), Some(new)) if bits(old) == bits(&new) => false,
+            (_, Some(new)) => {
+                self.0.insert(entity, new);
+                true
+            }
+            (Some(_), None) => self.0.remove(&entity).is_some(),
+        }
+    }
+}
+
+/// How an entity moves, by how what is above it moves, its place when the shutter opens, its transform and its own motion.
+fn world_motion(
+    (above, above_motion): (Affine3A, Option<&Arc<[Affine3A]>>),
+    transform: Affine3A,
+    own: Option<&Motion>,
+) -> Option<Arc<[Affine3A]>> {
+    let own_steps = own.map_or(&[][..], Motion::steps);
+    let steps = match (above_motion.map_or(0, |keys| keys.len() - 1), own_steps.len()) {
+        (0, 0) => return None,
+        (steps, 0) | (0, steps) => steps,
+        (a, b) => (1..).map(|times| times * a).find(|steps| steps % b == 0).unwrap_or(a).min(Motion::MOST_STEPS),
+    };
+    let key = |step: usize| {
+        let above = above_motion.map_or(above, |keys| between(keys.len() - 1, |key| keys[key], step, steps));
+        let own = |key: usize| if key == 0 { Affine3A::IDENTITY } else { own_steps[key - 1] };
+        if own_steps.is_empty() {
+            above * transform
+        } else {
+            above * transform * between(own_steps.len(), own, step, steps)
+        }
+    };
+    Some((0..=steps).map(key).collect())
+}
+
+/// The place after some steps of many, where it is known for others.
+fn between(known: usize, key: impl Fn(usize) -> Affine3A, step: usize, steps: usize) -> Affine3A {
+    let (at, rest) = (step * known / steps, step * known % steps);
+    if rest == 0 {
+        return key(at);
+    }
+    let (from, to, s) = (key(at), key(at + 1), rest as f32 / steps as f32);
+    Affine3A {
+        matrix3: from.matrix3 + (to.matrix3 - from.matrix3) * s,
+        translation: from.translation + (to.translation - from.translation) * s,
+    }
+}
+
+/// What a propagation reads and writes of an entity.
+type Node = (
+    (Option<&'static Transform>, Option<&'static Motion>),
+    Option<&'static ChildOf>,
+    Option<&'static Children>,
+    &'static mut WorldTransform,
+);
+
+/// Writes [`WorldTransform`], and how they move, of all entities at or below a transform, motion or parent that changed.
 ///
 /// An entity in or below a cycle of parents gets one that is not finite.
 pub(crate) fn propagate_transforms(
     (roots, others): (Watch<Transform, Without<ChildOf>>, Watch<Transform, With<ChildOf>>),
-    parents: Watch<ChildOf>,
+    (parents, motions): (Watch<ChildOf>, Watch<Motion>),
     (mut stripped, mut orphaned): (RemovedComponents<Transform>, RemovedComponents<ChildOf>),
+    mut stopped: RemovedComponents<Motion>,
     mut nodes: Query<Node>,
-    mut moved: ResMut<Moved>,
+    (mut moved, mut world_motions): (ResMut<Moved>, ResMut<WorldMotions>),
 ) {
     moved.0.clear();
     let mut depths = Depths { nodes: nodes.as_readonly(), parents: EntityHashMap::default(), path: Vec::new() };
@@ -41,26 +112,34 @@ pub(crate) fn propagate_transforms(
     for_each_changed(&roots, |entity, _| edited.push((0, entity)));
     for_each_changed(&others, |entity, _| edited.push((depths.of(entity), entity)));
     for_each_changed(&parents, |entity, _| edited.push((depths.of(entity), entity)));
-    edited.extend(stripped.read().chain(orphaned.read()).map(|entity| (depths.of(entity), entity)));
+    for_each_changed(&motions, |entity, _| edited.push((depths.of(entity), entity)));
+    edited
+        .extend(stripped.read().chain(orphaned.read()).chain(stopped.read()).map(|entity| (depths.of(entity), entity)));
     // From the top down: when its turn comes, all above an entity is final.
     edited.sort_by_key(|&(depth, _)| depth);
 
-    let mut pending: Vec<(Entity, Affine3A)> = Vec::new();
+    let mut pending: Vec<(Entity, Affine3A, Option<Entity>)> = Vec::new();
     for (depth, entity) in edited {
-        let above = match depth {
-            0 => Affine3A::IDENTITY,
-            Depths::CYCLE => Affine3A::NAN,
-            _ => nodes.get(entity).map_or(Affine3A::IDENTITY, |(_, parent, ..)| {
-                let parent = parent.and_then(|parent| nodes.get(parent.parent()).ok());
-                parent.map_or(Affine3A::IDENTITY, |(.., place)| place.0)
-            }),
+        let parent = || nodes.get(entity).ok().and_then(|(_, parent, ..)| parent).map(ChildOf::parent);
+        let (above, parent) = match depth {
+            0 => (Affine3A::IDENTITY, None),
+            Depths::CYCLE => (Affine3A::NAN, None),
+            _ => match parent().and_then(|parent| Some((nodes.get(parent).ok()?.3.0, parent))) {
+                Some((place, parent)) => (place, Some(parent)),
+                None => (Affine3A::IDENTITY, None),
+            },
         };
-        pending.push((entity, above));
-        while let Some((entity, above)) = pending.pop() {
-            let Ok((transform, _, children, mut world)) = nodes.get_mut(entity) else { continue };
-            let place = above * transform.copied().unwrap_or_default().0;
-            if set_place(&mut world, place) {
-                pending.extend(children.into_iter().flatten().map(|&child| (child, world.0)));
+        pending.push((entity, above, parent));
+        while let Some((entity, above, parent)) = pending.pop() {
+            let Ok(((transform, motion), _, children, mut world)) = nodes.get_mut(entity) else {
+                world_motions.set(entity, None);
+                continue;
+            };
+            let transform = transform.copied().unwrap_or_default().0;
+            let above_motion = parent.and_then(|parent| world_motions.of(parent));
+            let keys = world_motion((above, above_motion), transform, motion);
+            if set_place(&mut world, above * transform) | world_motions.set(entity, keys) {
+                pending.extend(children.into_iter().flatten().map(|&child| (child, world.0, Some(entity))));
                 if !world.is_added() {
                     moved.0.push(entity);
                 }
@@ -145,6 +224,7 @@ mod tests {
         fn new() -> Stage {
             let mut world = World::new();
             world.init_resource::<Moved>();
+            world.init_resource::<WorldMotions>();
             let mut schedule = Schedule::default();
             schedule.add_systems(propagate_transforms);
             Stage { world, schedule }

@@ -13,17 +13,18 @@ use brewster_lanes::math;
 use brewster_world::components as world;
 use brewster_world::components::parts;
 use brewster_world::components::parts::TriangleMesh;
-use glam::{Affine3A, Mat3, UVec2, Vec4};
+use glam::{Affine3A, Mat3, UVec2, Vec3, Vec4};
 
 use crate::diagnostics::Code;
 use crate::session::Session;
+use crate::source::Span;
 use crate::{environment, mesh};
 
 use super::schema;
 use super::values::{Either, Rgb, Spanned};
 
 pub(crate) use material::material;
-pub(crate) use place::{Place, about, place};
+pub(crate) use place::{Place, about, motion, place};
 
 use place::{frame_around_y, is_off};
 
@@ -95,30 +96,69 @@ pub(crate) fn background(session: &mut Session, background: &Either<Rgb, schema:
     })
 }
 
-/// A camera and its place.
-pub(crate) fn camera(session: &mut Session, camera: &Spanned<schema::Camera>) -> Option<(world::Camera, Affine3A)> {
-    let (eye, target, up, lens, projection) = match &camera.value {
-        schema::Camera::Perspective { eye, target, up, vfov, lens } => {
-            (eye, target, up, lens, world::Projection::Perspective { vfov: vfov.to_radians() })
+/// A camera, its place and how it moves.
+pub(crate) fn camera(
+    session: &mut Session,
+    camera: &Spanned<schema::Camera>,
+) -> Option<(world::Camera, Affine3A, Option<world::Motion>)> {
+    let (eye, target, up, lens, motion, projection) = match &camera.value {
+        schema::Camera::Perspective { eye, target, up, vfov, lens, motion } => {
+            (eye, target, up, lens, motion, world::Projection::Perspective { vfov: vfov.to_radians() })
         }
-        schema::Camera::Orthographic { eye, target, up, height, lens } => {
-            (eye, target, up, lens, world::Projection::Orthographic { height: *height })
+        schema::Camera::Orthographic { eye, target, up, height, lens, motion } => {
+            (eye, target, up, lens, motion, world::Projection::Orthographic { height: *height })
         }
     };
     let lens = match lens {
         Some(lens) => Some(self::lens(session, lens, &projection, eye.distance(*target))?),
         None => None,
     };
-    let Some(forward) = (*target - *eye).try_normalize() else {
-        session.error(Code::Conflict, camera.span, "`eye` and `target` are one point: the camera looks nowhere");
+    let place = view(session, camera.span, [*eye, *target, *up])?;
+    let motion = match motion {
+        Some(pan) => pan_to(session, camera.span, pan, ([*eye, *target, *up], place))?,
+        None => None,
+    };
+    Some((world::Camera { projection, lens }, place, motion))
+}
+
+/// The place of a camera by its eye, the point that it looks at, and what is up.
+fn view(session: &mut Session, span: Span, [eye, target, up]: [Vec3; 3]) -> Option<Affine3A> {
+    let Some(forward) = (target - eye).try_normalize() else {
+        session.error(Code::Conflict, span, "`eye` and `target` are one point: the camera looks nowhere");
         return None;
     };
-    let Some(right) = forward.cross(up.normalize_or_zero()).try_normalize().filter(|_| is_off(forward, *up)) else {
-        session.error(Code::Conflict, camera.span, "`up` is zero or points along the view");
+    let Some(right) = forward.cross(up.normalize_or_zero()).try_normalize().filter(|_| is_off(forward, up)) else {
+        session.error(Code::Conflict, span, "`up` is zero or points along the view");
         return None;
     };
     let frame = Mat3::from_cols(right, right.cross(forward), -forward);
-    Some((world::Camera { projection, lens }, Affine3A::from_mat3_translation(frame, *eye)))
+    Some(Affine3A::from_mat3_translation(frame, eye))
+}
+
+/// How a camera moves from what it sees at a place to what it sees when the shutter closes, if that is something else.
+fn pan_to(
+    session: &mut Session,
+    span: Span,
+    pan: &schema::Pan,
+    (from, place): ([Vec3; 3], Affine3A),
+) -> Option<Option<world::Motion>> {
+    const LOOKS: usize = 64;
+    let to = [pan.eye.unwrap_or(from[0]), pan.target.unwrap_or(from[1]), pan.up.unwrap_or(from[2])];
+    if to == from {
+        return Some(None);
+    }
+    let mut at = |s: f32| view(session, span, std::array::from_fn(|i| from[i] + (to[i] - from[i]) * s));
+    let mut places = vec![place];
+    for look in 1..=LOOKS {
+        places.push(at(look as f32 / LOOKS as f32)?);
+    }
+    let turned = |pair: &[Affine3A]| {
+        let [a, b] = [pair[0].matrix3, pair[1].matrix3];
+        (b.z_axis - a.z_axis).length() + (b.y_axis - a.y_axis).length()
+    };
+    let steps = world::Motion::steps_of(places.windows(2).map(turned).sum()).min(LOOKS);
+    let step = |step: usize| place.inverse() * places[step * LOOKS / steps];
+    Some(world::Motion::through((1..=steps).map(step).collect::<Vec<_>>()))
 }
 
 /// A lens; without a word about it, what the camera looks at is sharp.

@@ -1,6 +1,7 @@
 //! Where things are: fields that place something into transforms.
 
 use brewster_lanes::math;
+use brewster_world::components as world;
 use brewster_world::components::parts::Affine;
 use glam::{Affine3A, Mat3, Vec3};
 
@@ -43,13 +44,35 @@ fn transform(session: &mut Session, place: &Place) -> Option<Affine3A> {
             session.error(Code::Conflict, rotation.span, "`rotate` and `look_at` both say how the entity is turned");
             return None;
         }
-        (Some(rotation), None) => rotate(session, rotation)?,
+        (Some(rotation), None) => rotate(session, rotation, 1.0)?,
         (None, Some(target)) => look_at(session, at, target)?,
         (None, None) => Mat3::IDENTITY,
     };
     let Some(scale) = place.scale else { return Some(Affine3A::from_mat3_translation(rotation, at)) };
     let linear = rotation * Mat3::from_diagonal(scale.value.0);
     regular(session, Affine3A::from_mat3_translation(linear, at), scale.span)
+}
+
+/// How an entity at a place moves; none if it does not, or after an error.
+///
+/// What turns keeps its shape, however it is scaled: it turns after it was scaled, about the axes that its place gives it.
+pub(crate) fn motion(session: &mut Session, motion: &schema::Motion, place: Affine3A) -> Option<world::Motion> {
+    let (matrix, inverse) = (Mat3::from(place.matrix3), Mat3::from(place.matrix3.inverse()));
+    let scale = Vec3::new(matrix.x_axis.length(), matrix.y_axis.length(), matrix.z_axis.length());
+    let turning = motion.rotate.as_ref();
+    if let Some(rotation) = turning {
+        rotate(session, rotation, 1.0)?;
+    }
+    let angle = turning.map_or(0.0, |turn| turn.angle.unwrap_or(turn.x.abs() + turn.y.abs() + turn.z.abs()));
+    let moved = world::Motion::turning(angle.to_radians(), |s| {
+        let turned = turning.and_then(|rotation| rotate(session, rotation, s)).unwrap_or(Mat3::IDENTITY);
+        let turned = match turned == Mat3::IDENTITY {
+            true => turned,
+            false => Mat3::from_diagonal(scale.recip()) * turned * Mat3::from_diagonal(scale),
+        };
+        Affine3A::from_mat3_translation(turned * (1.0 + (motion.scale - 1.0) * s), inverse * (motion.by * s))
+    });
+    moved.steps().iter().any(|step| *step != Affine3A::IDENTITY).then_some(moved)
 }
 
 /// The transform, if it has an inverse.
@@ -63,15 +86,16 @@ fn regular(session: &mut Session, transform: Affine3A, span: Span) -> Option<Aff
     }
 }
 
-fn rotate(session: &mut Session, rotation: &schema::Rotation) -> Option<Mat3> {
-    let angles = [rotation.x, rotation.y, rotation.z];
+/// A part of a rotation, or all of it.
+fn rotate(session: &mut Session, rotation: &schema::Rotation, part: f32) -> Option<Mat3> {
+    let angles = [rotation.x, rotation.y, rotation.z].map(|angle| angle * part);
     match (&rotation.axis, rotation.angle) {
         (None, None) => {
             let [x, y, z] = angles;
             Some(about(Vec3::Z, z) * about(Vec3::Y, y) * about(Vec3::X, x))
         }
         (Some(axis), Some(angle)) if angles == [0.0; 3] => match axis.value.try_normalize() {
-            Some(axis) => Some(about(axis, angle)),
+            Some(axis) => Some(about(axis, angle * part)),
             None => {
                 session.error(Code::Range, axis.span, "an axis of length 0 points nowhere");
                 None

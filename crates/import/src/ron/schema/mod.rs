@@ -26,6 +26,7 @@ const PLACE: Range = Range { text: "-1e15 to 1e15", admits: |x| x.abs() <= 1e15 
 const ABOVE_ZERO: Range = Range { text: "above 0", admits: |x| x > 0.0 };
 const ZERO_OR_MORE: Range = Range { text: "0 or more", admits: |x| x >= 0.0 };
 const ONE_OR_MORE: Range = Range { text: "1 or more", admits: |x| x >= 1.0 };
+const GROWTH: Range = Range { text: "0.01 to 100", admits: |x| (0.01..=100.0).contains(&x) };
 const VIEW_ANGLE: Range = Range { text: "above 0, below 180", admits: |x| x > 0.0 && x < 180.0 };
 const CONE_ANGLE: Range = Range { text: "above 0, at most 90", admits: |x| x > 0.0 && x <= 90.0 };
 const INNER_ANGLE: Range = Range { text: "0 to 90", admits: |x| (0.0..=90.0).contains(&x) };
@@ -151,6 +152,8 @@ schema! {
             vfov: f32 as "degrees" where VIEW_ANGLE = "45" => "36",
             /// The lens; a pinhole without one.
             lens: Option<Lens> => "(aperture_radius: 0.02, focus_distance: 6)",
+            /// Where it goes while the shutter is open.
+            motion: Option<Pan> => "(eye: (0.3, 1.5, 6))",
         },
         /// Things are of one size at every distance.
         Orthographic {
@@ -164,7 +167,19 @@ schema! {
             height: f32 as "m" where LENGTH = "2" => "8",
             /// The lens; everything is sharp without one.
             lens: Option<Lens> => "(aperture_radius: 0.02, focus_distance: 6)",
+            /// Where it goes while the shutter is open.
+            motion: Option<Pan> => "(eye: (0.3, 9, 0), target: (0.3, 0, 0))",
         },
+    }
+
+    /// Where a camera is when the shutter closes; what is not told stays. On the way it goes evenly.
+    record Pan {
+        /// Where the camera is.
+        eye: Option<Vec3> as "m" where PLACE => "(0.3, 1.5, 6)",
+        /// A point in the middle of the picture.
+        target: Option<Vec3> as "m" where PLACE => "(0.3, 1, 0)",
+        /// A direction that points up in the picture.
+        up: Option<Vec3> => "(0.1, 1, 0)",
     }
 
     /// A thin lens, for the integrator `Path`. It takes `aperture_radius` or `f_stop`.
@@ -302,6 +317,8 @@ schema! {
             animation: Option<String> => "\"Drive\"",
             /// The moment of the animation; without it nodes stand as they do without any.
             time: Option<f32> as "s" => "1.5",
+            /// How long the shutter is open from that moment on. Nodes move on; skins and morph targets stay as they are.
+            shutter: Option<f32> as "s" where ZERO_OR_MORE => "0.02",
         },
     }
 
@@ -325,6 +342,8 @@ schema! {
         look_at: Option<Spanned<Vec3>> as "m" where PLACE => "(0, 1, 0)",
         /// The three upper rows of its matrix, in place of `at`, `rotate`, `scale` and `look_at`.
         transform: Option<Spanned<[[f32; 4]; 3]>> => "((1, 0, 0, 0), (0, 1, 0, 2), (0, 0, 1, 0))",
+        /// What happens to it, and to all that is in its space, while the shutter is open.
+        motion: Option<Motion> => "(by: (0.5, 0, 0), rotate: (z: -90))",
         /// The name of the entity whose space it is placed in; the world's without one.
         parent: Option<Spanned<String>> => "\"table\"",
         /// Entities that are placed in its space.
@@ -347,6 +366,17 @@ schema! {
         axis: Option<Spanned<Vec3>> => "(1, 1, 0)",
         /// About `axis`.
         angle: Option<f32> as "degrees" => "30",
+    }
+
+    /// What happens to an entity while the shutter is open, evenly: when it opens the entity is where its place says. A moment of that
+    /// is drawn for every sample.
+    record Motion {
+        /// How far it goes, straight, along the axes of its parent's space.
+        by: Vec3 as "m" where PLACE = "(0, 0, 0)" => "(0.5, 0, 0)",
+        /// How it turns about its own axes, by any number of turns.
+        rotate: Option<Rotation> => "(z: -90)",
+        /// The factor by which it has grown in the end.
+        scale: f32 where GROWTH = "1" => "1.2",
     }
 
     /// Light without extent. It shines from its entity's place; spots and directional lights shine along -Z.

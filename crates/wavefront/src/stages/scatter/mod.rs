@@ -12,7 +12,7 @@ mod rough_diffuse;
 pub(crate) use metal::Conductor;
 
 use brewster_buffers::{DetailId, Integrator, LightSample, MaterialKind};
-use brewster_geometry::{Hit, Ray, SurfacePoint, offset_origin};
+use brewster_geometry::{Hit, SurfacePoint, offset_origin};
 use brewster_optics::basis::Basis;
 use brewster_optics::dispersion::PathWavelength;
 use brewster_optics::lobe::{DELTA, LobeSample, LobeSplit, LobeValue, power_heuristic};
@@ -146,7 +146,7 @@ pub fn scatter<Kind: Scatter>(
 ) {
     let hits = hits.columns();
     if onward.queues.next.is_none() {
-        return hits.ray.iter().for_each(|&ray| cut(context, rays.weight[ray as usize], counts));
+        return hits.rays().iter().for_each(|&ray| cut(context, rays.weight[ray as usize], counts));
     }
     for row in 0..hits.len() {
         let hit = hits.get(row);
@@ -177,7 +177,7 @@ pub(crate) fn scatter_at<Kind: Scatter>(
     stacks: &mut MediaStacks,
     counts: &mut Counts,
 ) {
-    let direction = ray.ray().direction;
+    let direction = ray.direction();
     let (geometric, normal) = facing_normals(&hit, direction);
     let mut sides = sides::<Kind>(context, &ray, &hit, normal, stacks);
     let arrived = ray.weight;
@@ -213,16 +213,21 @@ pub(crate) fn scatter_at<Kind: Scatter>(
 
 /// What is left of a ray toward a light behind a surface that it meets: of a smooth sheet what goes straight on, of all others
 /// nothing.
-pub(crate) fn straight(context: &Context<'_>, ray: &ShadowRay, found: (&Hit, SurfacePoint), filling: Medium) -> Vec3 {
-    let (&Hit { instance, primitive, .. }, mut point) = found;
+pub(crate) fn straight(
+    context: &Context<'_>,
+    ray: &ShadowRay,
+    found: (&Hit, SurfacePoint, f32),
+    filling: Medium,
+) -> Vec3 {
+    let (&Hit { instance, primitive, .. }, mut point, time) = found;
     let scene = context.scene;
     let material = scene.materials.rows.get(scene.instances.view().material[instance as usize].0 as usize);
-    let direction = ray.ray().direction;
+    let direction = ray.direction();
     if material.detail != DetailId::NONE {
-        let place = context.seen(point.place(instance, primitive));
+        let place = context.seen(point.place(instance, primitive, time));
         point.shading_normal = scene.bent_normal(material.detail, &place, &point, direction);
     }
-    let hit = SurfaceHit { ray: 0, instance, primitive, material: material.row, point };
+    let hit = SurfaceHit { ray: 0, instance, primitive, material: material.row, point, time };
     let (_, normal) = facing_normals(&hit, direction);
     let sides = Sides { media: [ray.media; 2], filling: [filling; 2], wavelength: PathWavelength::NONE, normal };
     let view = Basis::around(normal).to_local(-direction);
@@ -243,7 +248,7 @@ pub(crate) fn ratio<Kind: Scatter>(
     first: impl FnOnce() -> Stream,
     stacks: &mut MediaStacks,
 ) -> Vec3 {
-    let direction = ray.ray().direction;
+    let direction = ray.direction();
     let (_, normal) = facing_normals(hit, direction);
     let mut sides = sides::<Kind>(contexts[0], &ray, hit, normal, stacks);
     if Kind::TRANSMITS && contexts[0].scene.settings.integrator == Integrator::Path {
@@ -277,7 +282,7 @@ pub(crate) fn sides<Kind: Scatter>(
         return Sides { media: [ray.media; 2], filling: [before; 2], wavelength: ray.wavelength, normal };
     };
     let dielectrics = context.scene.materials.dielectric.view();
-    let direction = ray.ray().direction;
+    let direction = ray.direction();
     let inward = |normal: Vec3| direction.dot(normal) < 0.0;
     let geometric = inward(hit.point.geometric_normal);
     let boundary = stacks.boundary(ray.media, medium, geometric, &dielectrics);
@@ -305,7 +310,7 @@ impl<N: Numbers> Arrival<'_, N> {
     fn toward_lights(&self, surface: &impl Surface, stacks: &MediaStacks, outlet: &mut impl Outlet) {
         let scene = self.context.scene;
         if !scene.emitters.is_empty() {
-            self.toward(self.numbers.light(scene, self.hit.point.position), surface, stacks, outlet);
+            self.toward(self.numbers.light(scene, self.hit.point.position, self.hit.time), surface, stacks, outlet);
         }
         if !scene.background.is_black() {
             self.toward(scene.background.sample(self.numbers.sky()), surface, stacks, outlet);
@@ -414,7 +419,7 @@ impl<N: Numbers> Arrival<'_, N> {
             counts.ledger.roulette_added.take(scattered);
         }
         let origin = self.origin(direction);
-        let ray = self.ray.along(Ray { origin, direction });
+        let ray = self.ray.along(origin, direction);
         let event = match (sample.is_transmission(), sample.pdf == DELTA) {
             (false, true) => Event::Mirrored,
             (true, true) => Event::Refracted,
@@ -577,6 +582,7 @@ mod tests {
             focus_distance: 1.0,
             blades: 0,
             key: 0,
+            motion: Vec::new(),
         };
         let context = Context::new(&scene, &camera, Policy { ledger: true, ..Policy::default() });
         let (mut rays, mut samples) = (PathRayColumns::new(), SampleColumns::new());
@@ -607,7 +613,7 @@ mod tests {
                 uv: Vec2::ZERO,
                 error: 1e-6,
             };
-            hits.push(SurfaceHit { ray: sample, instance: 0, primitive: 0, material: 0, point });
+            hits.push(SurfaceHit { ray: sample, instance: 0, primitive: 0, material: 0, point, time: 0.0 });
         }
         let (mut next, mut shadows, mut contributions, mut stacks) = Default::default();
         let mut onward = Onward {

@@ -1,7 +1,7 @@
 //! Shades hits on dielectrics: every one splits into both queues, with F_r and F_t.
 
 use brewster_buffers::DielectricsView;
-use brewster_geometry::{Ray, offset_origin};
+use brewster_geometry::offset_origin;
 use brewster_optics::phong::highlight as phong_highlight;
 use brewster_optics::refraction::{mirror, refract_with_cosine};
 use glam::Vec3;
@@ -73,7 +73,7 @@ pub(crate) fn split_at_dielectric(
     highlight(context, ray, hit, &split, outlet);
     let send = |direction: Vec3, factor: f32| {
         let origin = offset_origin(&hit.point, direction);
-        let along = ray.along(Ray { origin, direction });
+        let along = ray.along(origin, direction);
         PathRay { weight: ray.weight * factor, instance: hit.instance, media: split.media_of(direction), ..along }
     };
     continuation.reflect(send(split.reflected, split.reflectance), outlet, counts);
@@ -85,7 +85,7 @@ pub(crate) fn split_at_dielectric(
 
 /// Where light goes at the boundary.
 fn split(dielectrics: &DielectricsView<'_>, stacks: &mut MediaStacks, ray: &PathRay, hit: &SurfaceHit) -> Split {
-    let direction = ray.ray().direction;
+    let direction = ray.direction();
     let inward = direction.dot(hit.point.geometric_normal) < 0.0;
     let boundary = stacks.boundary(ray.media, Medium(hit.material), inward, dielectrics);
     let [eta_i, eta_t] = boundary.indices(direction, &hit.point, dielectrics);
@@ -110,7 +110,7 @@ fn highlight(context: &Context<'_>, ray: &PathRay, hit: &SurfaceHit, split: &Spl
     let material = scene.materials.dielectric.get(hit.material as usize);
     let specular = scene.color(material.specular, &context.seen(hit.place()));
     for index in 0..scene.lights.len() {
-        let light = scene.lights.get(index);
+        let light = scene.light_at(index, hit.time);
         let seen = light.illuminate(hit.point.position);
         let (side, geometric_side) = (seen.direction.dot(split.normal), seen.direction.dot(split.geometric));
         let factor = if side > 0.0 && geometric_side > 0.0 {

@@ -41,7 +41,7 @@ pub(crate) fn emitted(
         counts.ledger.emitters.add(ray.weight);
     }
     let emissive = context.scene.materials.emissive.view();
-    let from_behind = ray.ray().direction.dot(hit.point.geometric_normal) >= 0.0;
+    let from_behind = ray.direction().dot(hit.point.geometric_normal) >= 0.0;
     let shines = !from_behind || emissive.two_sided[hit.material as usize];
     shines.then(|| shine(context, ray, hit, emissive.radiance[hit.material as usize], stacks))
 }
@@ -59,7 +59,7 @@ pub(crate) fn shine(
     let share = if ray.pdf == DELTA {
         1.0
     } else {
-        power_heuristic(ray.pdf, scene.light_pdf(ray.ray().origin, hit.instance, hit.primitive, &hit.point))
+        power_heuristic(ray.pdf, scene.light_pdf(ray.origin(), hit.time, (hit.instance, hit.primitive), &hit.point))
     };
     let scale = share * context.radiance_scale(stacks, ray.media, ray.wavelength);
     let radiance = ray.weight * scene.color(radiance, &context.seen(hit.place())) * scale;

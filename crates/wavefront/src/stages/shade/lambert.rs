@@ -28,10 +28,10 @@ pub fn shade_lambert(
 pub(crate) fn light_lambert(context: &Context<'_>, ray: &PathRay, hit: &SurfaceHit, outlet: &mut impl Outlet) {
     let scene = context.scene;
     let material = scene.materials.lambert.get(hit.material as usize);
-    let (geometric, normal) = facing_normals(hit, ray.ray().direction);
+    let (geometric, normal) = facing_normals(hit, ray.direction());
     let diffuse = lambert::brdf(scene.color(material.albedo, &context.seen(hit.place())));
     for index in 0..scene.lights.len() {
-        let light = scene.lights.get(index);
+        let light = scene.light_at(index, hit.time);
         let seen = light.illuminate(hit.point.position);
         let cosine = seen.direction.dot(normal);
         if cosine > 0.0 && seen.direction.dot(geometric) > 0.0 {

@@ -1,6 +1,6 @@
 //! Shades hits on metals: the lecture's Phong highlight times R_0, and the mirror image times the Fresnel reflectance.
 
-use brewster_geometry::{Ray, offset_origin};
+use brewster_geometry::offset_origin;
 use brewster_optics::conductor::F82Tint;
 use brewster_optics::fresnel::FresnelModel;
 use brewster_optics::fresnel::conductor_color;
@@ -49,13 +49,13 @@ pub(crate) fn mirror_at_metal(
     let scene = context.scene;
     let dielectrics = scene.materials.dielectric.view();
     let material = scene.materials.metal.get(hit.material as usize);
-    let direction = ray.ray().direction;
+    let direction = ray.direction();
     let (geometric, normal) = facing_normals(hit, direction);
     let mirror = mirror(direction, normal);
     let color = |source| scene.color(source, &context.seen(hit.place()));
     let (r0, specular) = (color(material.r0), color(material.specular));
     for index in 0..scene.lights.len() {
-        let light = scene.lights.get(index);
+        let light = scene.light_at(index, hit.time);
         let seen = light.illuminate(hit.point.position);
         if seen.direction.dot(normal) <= 0.0 || seen.direction.dot(geometric) <= 0.0 {
             continue;
@@ -73,7 +73,7 @@ pub(crate) fn mirror_at_metal(
         FresnelModel::Schlick | FresnelModel::SchlickThetaM => F82Tint::new(r0, material.f82).reflectance(cos_i),
     };
     let origin = offset_origin(&hit.point, mirror);
-    let reflected = ray.along(Ray { origin, direction: mirror });
+    let reflected = ray.along(origin, mirror);
     let reflected = PathRay { weight: ray.weight * reflectance, instance: hit.instance, ..reflected };
     continuation.reflect(reflected, outlet, counts);
 }

@@ -32,7 +32,7 @@ pub fn shade_phong(
 pub(crate) fn light_phong(context: &Context<'_>, ray: &PathRay, hit: &SurfaceHit, outlet: &mut impl Outlet) {
     let scene = context.scene;
     let material = scene.materials.phong.get(hit.material as usize);
-    let direction = ray.ray().direction;
+    let direction = ray.direction();
     let (geometric, normal) = facing_normals(hit, direction);
     let mirror = mirror(direction, normal);
     let color = |source| scene.color(source, &context.seen(hit.place()));
@@ -46,7 +46,7 @@ pub(crate) fn light_phong(context: &Context<'_>, ray: &PathRay, hit: &SurfaceHit
         instance: hit.instance,
     });
     for index in 0..scene.lights.len() {
-        let light = scene.lights.get(index);
+        let light = scene.light_at(index, hit.time);
         let seen = light.illuminate(hit.point.position);
         let cosine = seen.direction.dot(normal);
         if cosine <= 0.0 || seen.direction.dot(geometric) <= 0.0 {
