@@ -18,9 +18,10 @@ use brewster_world::Scene;
 use exr::prelude::{ReadChannels, ReadLayers, read};
 
 /// The scenes.
-pub const REFERENCES: [&str; 10] = [
+pub const REFERENCES: [&str; 11] = [
     "absorbing-glass",
     "diffuse-box",
+    "fog-and-milk",
     "glass-knot",
     "glass-on-checker",
     "glass-rough",

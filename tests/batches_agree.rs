@@ -59,12 +59,11 @@ fn paths_in_batches_of_any_size_cut_at_any_capacity() {
         let policies = sizes.map(|(batch, capacity)| Policy { batch, capacity, ..Policy::default() });
         check(name, &small_reference(name), policies);
     }
-    let policies = [(1, 4096), (13, 7), (1_000_000, 100)];
-    check(
-        "principled",
-        &scene("principled"),
-        policies.map(|(batch, capacity)| Policy { batch, capacity, ..Policy::default() }),
-    );
+    for name in ["principled", "fog"] {
+        let policies = [(1, 4096), (13, 7), (1_000_000, 100)];
+        let policies = policies.map(|(batch, capacity)| Policy { batch, capacity, ..Policy::default() });
+        check(name, &scene(name), policies);
+    }
 }
 
 /// From one ray at a time: levels are cut and finished part by part.
@@ -101,7 +100,7 @@ fn in_any_order_on_every_instruction_set() {
             ..Policy::default()
         }));
     }
-    for name in ["colored_shadows", "nested", "principled", "shapes", "smooth", "moving", "moving_paths"] {
+    for name in ["colored_shadows", "fog", "nested", "principled", "shapes", "smooth", "moving", "moving_paths"] {
         check(name, &scene(name), policies.iter().copied());
     }
     for name in PATHS {
@@ -118,7 +117,7 @@ fn without_queues() {
     for name in SCENES.into_iter().chain(["moving", "moving_paths"]) {
         check(name, &scene(name), policies.iter().copied());
     }
-    for name in ["principled", "details"] {
+    for name in ["principled", "details", "fog"] {
         check(name, &scene(name), policies.iter().copied());
     }
     for name in PATHS {

@@ -63,9 +63,11 @@ fn contributions_add_up_to_pictures_of_paths() {
         (scene.settings.split_depth, scene.settings.clamp) = (3, 0.5);
         check(name, &scene);
     }
-    let mut scene = load("principled");
-    scene.settings.samples = 3;
-    check("principled", &scene);
+    for name in ["principled", "fog"] {
+        let mut scene = load(name);
+        scene.settings.samples = 3;
+        check(name, &scene);
+    }
 }
 
 /// In the lecture's algorithm a reflection weighs F_r and a transmission F_t times what arrived, to the bit.

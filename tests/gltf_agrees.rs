@@ -70,6 +70,31 @@ fn glass_with_a_volume_is_a_dielectric_that_absorbs() {
     }
 }
 
+/// Black lets all be absorbed; white by many scatterings, all be scattered.
+#[test]
+fn a_volume_that_scatters_is_a_dielectric_that_does() {
+    for (multiple, inside) in [(0.0, "absorption: (0, 1, 2)"), (1.0, "scattering: (0, 1, 2), anisotropy: 0.6")] {
+        agree(
+            json!({
+                "pbrMetallicRoughness": {"metallicFactor": 0.0, "roughnessFactor": 0.0},
+                "extensions": {
+                    "KHR_materials_transmission": {"transmissionFactor": 1.0},
+                    "KHR_materials_volume": {
+                        "thicknessFactor": 0.01,
+                        "attenuationDistance": 0.5,
+                        "attenuationColor": [1.0, 0.606_530_66, 0.367_879_44],
+                    },
+                    "KHR_materials_volume_scatter": {
+                        "multiscatterColor": [multiple, multiple, multiple],
+                        "scatterAnisotropy": 0.6,
+                    },
+                },
+            }),
+            &format!("Dielectric(ior: 1.5, {inside})"),
+        );
+    }
+}
+
 #[test]
 fn chalk_is_lamberts_and_metal_a_rough_conductor() {
     let color = [0.9, 0.6, 0.3, 1.0];

@@ -42,6 +42,13 @@ impl Model {
         self.add("bufferViews", json!({"buffer": 0, "byteOffset": offset, "byteLength": bytes.len()}))
     }
 
+    /// Adds a view of rows of so many bytes.
+    pub(crate) fn strided(&mut self, bytes: &[u8], stride: usize) -> usize {
+        let view = self.view(bytes);
+        self.json["bufferViews"][view]["byteStride"] = json!(stride);
+        view
+    }
+
     /// Adds an accessor of floats.
     pub(crate) fn floats<const N: usize>(&mut self, rows: &[[f32; N]]) -> usize {
         let bytes: Vec<u8> = rows.as_flattened().iter().flat_map(|value| value.to_le_bytes()).collect();

@@ -13,8 +13,10 @@
 //! - `gltf_agrees`: a ball in a glTF file is the same ball with the material that it should come to.
 //! - `gltf_converts`: a glTF file that was converted to RON makes the picture that the file makes.
 //! - `gltf_faults`: glTF is free of the faults that other path tracers of it are known for.
+//! - `gltf_variants`: a glTF model stored in other ways makes the same picture.
 //! - `layers`: crates depend on each other as the architecture page says, and on nothing else.
 //! - `light_layers`: the parts of the light, the albedo and the standard errors are what they claim.
+//! - `media_scatter`: fog, milk and wax scatter light as radiative transfer says.
 //! - `memory_bounded`: a split tree of any depth stays within the memory that the queues' page states.
 //! - `motion`: what moves looks as it does on the mean over the time of the shutter.
 //! - `noise_threshold`: adaptive sampling stops where noise is low and depends on nothing but the film.
@@ -22,7 +24,7 @@
 //! - `policies_agree`: splitting, choosing, roulette, samplers and integrators agree in mean.
 //! - `principled`: glTF's material is at its ends what other materials are.
 //! - `recursion_agrees`: the queues compute what a plain recursion of the lecture's algorithm computes.
-//! - `references_agree`: ten scenes look as Mitsuba 3 renders them.
+//! - `references_agree`: eleven scenes look as Mitsuba 3 renders them.
 //! - `references_are_whole`: every reference scene can be read, without a warning, and has its picture beside it.
 //! - `self_intersection`: no specks and no leaks, at the origin and far from it.
 //! - `stages_covered`: one picture uses every stage and every queue.
@@ -46,8 +48,10 @@ mod gltf_agrees;
 mod gltf_converts;
 mod gltf_faults;
 mod gltf_model;
+mod gltf_variants;
 mod layers;
 mod light_layers;
+mod media_scatter;
 mod memory_bounded;
 mod motion;
 mod noise_threshold;

@@ -4,9 +4,11 @@
 use brewster_tests::agreement::{REFERENCES, agreement};
 
 #[test]
-fn ten_scenes_look_as_in_mitsuba() {
+fn all_scenes_look_as_in_mitsuba() {
     for name in REFERENCES {
-        let found = agreement(name, 0.0, [32, 24], [64, 1], 2);
+        // Of the lamp's light that goes through milk, few bright samples bring most: means of larger blocks are normal sooner.
+        let block = if name == "fog-and-milk" { [80, 60] } else { [32, 24] };
+        let found = agreement(name, 0.0, block, [64, 1], 2);
         assert!(found.worst < found.bound && found.exact_differ == 0, "{name}: {found:?}");
         // So few samples tell the mean to no more than this.
         assert!(found.mean.abs() < 0.01, "{name}: {found:?}");

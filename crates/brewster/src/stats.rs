@@ -85,6 +85,7 @@ struct DepthStats {
 #[derive(Clone, Debug, Serialize)]
 struct EnergyStats {
     z: [f64; 3],
+    stray_z: [f64; 3],
     entries: Named<[f64; 3]>,
 }
 
@@ -95,6 +96,7 @@ struct QueueStats {
     escaped: u64,
     passed: u64,
     crossings: u64,
+    scatterings: u64,
     reflections: u64,
     transmissions: u64,
     totally_reflected: u64,
@@ -321,7 +323,7 @@ impl TimeStats {
 /// What a ledger says; nothing where none was kept.
 fn energy(ledger: &Ledger) -> Option<EnergyStats> {
     let entries = || ledger.entries().map(|(name, energy)| (name, energy.value())).collect();
-    (*ledger != Ledger::default()).then(|| EnergyStats { z: ledger.z(), entries: entries() })
+    (*ledger != Ledger::default()).then(|| EnergyStats { z: ledger.z(), stray_z: ledger.stray_z(), entries: entries() })
 }
 
 fn queue(counts: &Counts) -> QueueStats {
@@ -331,6 +333,7 @@ fn queue(counts: &Counts) -> QueueStats {
         escaped: counts.escaped,
         passed: counts.passed,
         crossings: counts.crossings,
+        scatterings: counts.scatterings,
         reflections: counts.reflections,
         transmissions: counts.transmissions,
         totally_reflected: counts.totally_reflected,

@@ -1,11 +1,11 @@
 //! What a surface has that is finer than its shape: normals from maps, and places where it is not.
 
-use brewster_geometry::{Hit, Ray, SurfacePlace, SurfacePoint, UvSet, meets_front};
+use brewster_geometry::{Hit, Ray, SurfacePoint, UvSet, meets_front};
 use brewster_optics::basis::Basis;
 use brewster_optics::shading_normal::visible;
 use glam::{Vec2, Vec3};
 
-use crate::{Coordinates, DetailId, MaterialId, ScalarSource, SceneBuffers, Texture, TextureId};
+use crate::{Coordinates, DetailId, MaterialId, ScalarSource, SceneBuffers, SeenPlace, Texture, TextureId};
 
 /// The detail of a material.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -56,14 +56,14 @@ impl Detail {
 impl SceneBuffers {
     /// The part of a surface that is there: 1 where a material has no detail.
     #[inline(always)]
-    pub fn coverage(&self, material: MaterialId, place: &SurfacePlace) -> f32 {
+    pub fn coverage(&self, material: MaterialId, place: &SeenPlace) -> f32 {
         match self.materials.rows.view().detail[material.0 as usize] {
             DetailId::NONE => 1.0,
             detail => self.coverage_of(detail, place),
         }
     }
 
-    fn coverage_of(&self, detail: DetailId, place: &SurfacePlace) -> f32 {
+    fn coverage_of(&self, detail: DetailId, place: &SeenPlace) -> f32 {
         match self.materials.details[detail.0 as usize].opacity {
             Opacity::Opaque => 1.0,
             Opacity::Mask { alpha, cutoff } => f32::from(self.number(alpha, place) >= cutoff),
@@ -92,7 +92,7 @@ impl SceneBuffers {
 
     /// The normal that a surface is shaded with where a ray arrives in a direction: the shading normal, bent by height and map, and
     /// held where its mirror image can be seen.
-    pub fn bent_normal(&self, detail: DetailId, place: &SurfacePlace, point: &SurfacePoint, direction: Vec3) -> Vec3 {
+    pub fn bent_normal(&self, detail: DetailId, place: &SeenPlace, point: &SurfacePoint, direction: Vec3) -> Vec3 {
         let detail = &self.materials.details[detail.0 as usize];
         let upright = point.shading_normal;
         let bumped = if detail.bump.is_zero() { upright } else { self.bumped(detail.bump, place, upright) };
@@ -114,7 +114,7 @@ impl SceneBuffers {
     ///
     /// A mesh's own tangents count, if it has them. Else they follow from how texture coordinates run over the surface; where they
     /// do not, any direction is as good.
-    pub fn tangents(&self, texture: TextureId, place: &SurfacePlace, normal: Vec3) -> [Vec3; 2] {
+    pub fn tangents(&self, texture: TextureId, place: &SeenPlace, normal: Vec3) -> [Vec3; 2] {
         let (tangent, side) = self.geometry().vertex_tangent(place).unwrap_or_else(|| {
             let [of_u, of_v] = self.gradients(texture, place);
             let across = of_v.cross(normal);
@@ -126,20 +126,19 @@ impl SceneBuffers {
     }
 
     /// The gradients along the surface of the coordinates by which a texture is looked up.
-    fn gradients(&self, texture: TextureId, place: &SurfacePlace) -> [Vec3; 2] {
-        let geometry = self.geometry();
+    fn gradients(&self, texture: TextureId, place: &SeenPlace) -> [Vec3; 2] {
         let texture = (texture != TextureId::NONE).then(|| &self.textures.rows[texture.0 as usize]);
         match texture {
             Some(Texture::Image(image)) => {
-                let [of_u, of_v] = geometry.uv_gradients(place, image.uv_set);
+                let [of_u, of_v] = self.uv_gradients(place, image.uv_set);
                 image.transform.rows.map(|[a, b, _]| of_u * a + of_v * b)
             }
-            _ => geometry.uv_gradients(place, UvSet::First),
+            _ => self.uv_gradients(place, UvSet::First),
         }
     }
 
     /// A unit normal, bent by a map of normals.
-    pub fn mapped(&self, map: TextureId, scale: f32, place: &SurfacePlace, normal: Vec3) -> Vec3 {
+    pub fn mapped(&self, map: TextureId, scale: f32, place: &SeenPlace, normal: Vec3) -> Vec3 {
         let [x, y, z] = (self.texture(map, place).truncate() * 2.0 - 1.0).to_array();
         let (x, y) = (x * scale, y * scale);
         if x == 0.0 && y == 0.0 {
@@ -151,7 +150,7 @@ impl SceneBuffers {
 
     /// The normal of the surface after each point has moved along the normal by its height: less the gradient of the height (Blinn
     /// 1978, "Simulation of wrinkled surfaces", for small heights; Mikkelsen 2010, "Bump mapping unparametrized surfaces").
-    fn bumped(&self, height: ScalarSource, place: &SurfacePlace, normal: Vec3) -> Vec3 {
+    fn bumped(&self, height: ScalarSource, place: &SeenPlace, normal: Vec3) -> Vec3 {
         if height.texture == TextureId::NONE {
             return normal;
         }

@@ -41,8 +41,8 @@ pub use materials::{
 pub use motion::LightMotion;
 pub use settings::{Integrator, PixelFilter, SamplerKind, Settings, ToneMapping};
 pub use textures::{
-    Axis, Channel, ColorSource, Coordinates, Encoding, Filter, Image, ImageTexture, Pyramid, ScalarSource, Texels,
-    Texture, Textures, UvTransform, Wrap,
+    Axis, Channel, ColorSource, Coordinates, Encoding, Filter, Image, ImageTexture, Pyramid, ScalarSource, SeenPlace,
+    Texels, Texture, Textures, UvTransform, Wrap,
 };
 pub use trees::Trees;
 

@@ -150,6 +150,12 @@ columns! {
         pub exponent: f32,
         /// Beer-Lambert coefficient per meter.
         pub absorption: Vec3,
+        /// What the inside scatters, per meter; read by `Path` only.
+        pub scattering: Vec3,
+        /// The mean cosine by which it is turned: `brewster_optics::phase`.
+        pub anisotropy: f32,
+        /// Whether there is no surface where the index is the same on both sides: light goes straight on, toward lights, too.
+        pub bare: bool,
         /// Where media overlap the highest fills the place; at equal priority the one entered last.
         pub priority: i32,
         /// GGX width, 0 (smooth) to 1.

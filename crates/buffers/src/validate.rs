@@ -122,7 +122,7 @@ impl SceneBuffers {
         for color in colors.into_iter().flatten() {
             require(self.has_color(color), || format!("a material's color is {color:?}"))?;
         }
-        let vectors = [metal.eta, metal.k, metal.f82, dielectric.absorption];
+        let vectors = [metal.eta, metal.k, metal.f82, dielectric.absorption, dielectric.scattering];
         let numbers = [phong.exponent, metal.exponent, dielectric.exponent, dielectric.ior];
         let finite = vectors.into_iter().flatten().all(|v| v.is_finite())
             && numbers.into_iter().flatten().all(|x| x.is_finite());
@@ -130,6 +130,10 @@ impl SceneBuffers {
         let parts = [rough_diffuse.roughness, metal.alpha, dielectric.alpha, coated.view().alpha];
         let are_parts = parts.into_iter().flatten().all(|part| (0.0..=1.0).contains(part));
         require(are_parts, || "a material has a roughness outside 0 to 1".to_owned())?;
+        let turns = |g: &f32| -1.0 < *g && *g < 1.0;
+        require(dielectric.anisotropy.iter().all(turns), || {
+            "a medium's anisotropy is not between -1 and 1".to_owned()
+        })?;
         let mut films = metal.film.iter().chain(dielectric.film).flatten();
         require(
             films.all(|film| film.ior >= 1.0 && film.ior.is_finite() && (0.0..=1e5).contains(&film.thickness)),

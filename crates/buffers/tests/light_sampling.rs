@@ -125,7 +125,7 @@ fn met(scene: &SceneBuffers, origin: Vec3, direction: Vec3) -> (Vec3, f32) {
 
     let place = point.place(hit.instance, hit.primitive, 0.0);
     let shines = emissive.two_sided || point.geometric_normal.dot(direction) < 0.0;
-    let radiance = if shines { scene.color(emissive.radiance, &place) } else { Vec3::ZERO };
+    let radiance = if shines { scene.color(emissive.radiance, &place.into()) } else { Vec3::ZERO };
     (radiance, scene.light_pdf(origin, 0.0, (hit.instance, hit.primitive), &point))
 }
 

@@ -22,6 +22,7 @@
 //! | the frame of a lobe, weights and densities | [`lobe`], [`basis`] |
 //! | from the unit square to disks, hemispheres, cones, triangles | [`warp`] |
 //! | Beer–Lambert absorption | [`absorption`] |
+//! | fog and milk: how far light comes, and where it is turned | [`free_flight`], [`phase`] |
 //! | sRGB, luminance, `#rrggbb` | [`color`] |
 //! | spectra to Rec.709 | [`spectrum`] |
 //! | gold, silver, copper … by measured η and k | [`metals`] |
@@ -78,6 +79,7 @@ pub mod basis;
 pub mod color;
 pub mod conductor;
 pub mod dispersion;
+pub mod free_flight;
 pub mod fresnel;
 pub mod glasses;
 pub mod lambert;
@@ -86,6 +88,7 @@ pub mod lobe;
 pub mod metals;
 pub mod microfacet;
 pub mod multiple;
+pub mod phase;
 pub mod phong;
 pub mod principled;
 pub mod refraction;

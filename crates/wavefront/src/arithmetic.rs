@@ -50,6 +50,8 @@ fn of_row(stage: Stage) -> u64 {
         Stage::Order => 9,
         // Three products with 1; through a medium that absorbs there are three exponentials of 20 more.
         Stage::Absorb => 3,
+        // A channel chosen, 15, a logarithm, 20, three exponentials, 60, and the weights of three channels, 30.
+        Stage::Fly => 125,
         Stage::Cross => 6,
         // The depth along the view axis.
         Stage::Record => 9,
@@ -81,6 +83,8 @@ fn of_row(stage: Stage) -> u64 {
         Stage::ScatterPrincipled => 700,
         // A rough lobe above another material, twice.
         Stage::ScatterCoated => 500,
+        // The phase function of two lights and of the way on, 15 each, the lights drawn, 100, a direction, 60, and three rays, 30.
+        Stage::ScatterMedium => 235,
         // Three channels scaled, bounded and compared.
         Stage::Gather => 12,
         Stage::Fold => 6,

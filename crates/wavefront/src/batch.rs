@@ -6,7 +6,7 @@ use crate::attribution::Attribution;
 use crate::integrator::DepthFirst;
 use crate::media::MediaStacks;
 use crate::queues::{ContributionQueue, Levels, PathRayColumns, SampleColumns, ShadowQueue};
-use crate::stages::{Draws, OrderScratch, ShadowScratch, SortedHits, TraceScratch};
+use crate::stages::{Draws, FlyScratch, OrderScratch, ShadowScratch, SortedHits, TraceScratch};
 use crate::stats::Recorder;
 
 /// All queues that the rays of one tile go through. One worker owns it; once its columns have grown to what a tile needs,
@@ -27,6 +27,8 @@ pub struct Batch {
     pub draws: Draws,
     /// Memory for tracing rays on.
     pub passing: TraceScratch,
+    /// Memory for taking rays through media.
+    pub flying: FlyScratch,
     /// Rays toward lights.
     pub shadows: ShadowQueue,
     /// Memory for testing them.
@@ -56,6 +58,7 @@ impl Batch {
             sorted: SortedHits::default(),
             draws: Draws::default(),
             passing: TraceScratch::default(),
+            flying: FlyScratch::default(),
             shadows: ShadowQueue::new(),
             scratch: ShadowScratch::default(),
             contributions: ContributionQueue::new(),
@@ -76,6 +79,7 @@ impl Batch {
             + self.sorted.bytes()
             + self.draws.bytes()
             + self.passing.bytes()
+            + self.flying.bytes()
             + self.shadows.capacity() * ShadowQueue::BYTES_PER_ROW
             + self.scratch.bytes()
             + self.contributions.capacity() * ContributionQueue::BYTES_PER_ROW

@@ -1,10 +1,10 @@
 //! What every stage of a render reads.
 
-use brewster_buffers::{Camera, Integrator, Opacity, PixelFilter, Projection, SceneBuffers, Texture};
+use brewster_buffers::{Camera, Integrator, Opacity, PixelFilter, Projection, SceneBuffers, SeenPlace, Texture};
 use brewster_film::{Filter, FilterSampler};
 use brewster_geometry::{SceneGeometry, SurfacePlace};
 use brewster_optics::dispersion::PathWavelength;
-use glam::Vec2;
+use glam::{Vec2, Vec3};
 
 use crate::albedo::Albedos;
 use crate::media::{MediaId, MediaStacks, Medium, media_around};
@@ -43,6 +43,8 @@ pub struct Context<'a> {
     pub has_fronts: bool,
     /// Whether there are sheets that light may go straight through, and lights that no path meets by chance.
     pub has_sheets: bool,
+    /// Whether there are media that scatter, or that have no surface.
+    pub has_fog: bool,
     /// What rough surfaces are expected to send on, if a ledger is kept.
     pub albedos: Option<Albedos>,
     /// How batches are scheduled.
@@ -83,6 +85,8 @@ impl<'a> Context<'a> {
             has_sheets: !scene.lights.is_empty()
                 && (dielectrics.thin.contains(&true)
                     || (scene.materials.principled.view().transmission.iter()).any(|part| !part.is_zero())),
+            has_fog: settings.integrator == Integrator::Path
+                && (dielectrics.bare.contains(&true) || dielectrics.scattering.iter().any(|&part| part != Vec3::ZERO)),
             albedos: (policy.ledger && settings.integrator == Integrator::Path).then(|| Albedos::new(scene)),
             policy,
         }
@@ -112,12 +116,12 @@ impl<'a> Context<'a> {
     /// farther, so that what is seen there may be sharper than it has to be, and is hardly ever less sharp; whatever ray asks gets the
     /// same answer.
     #[inline(always)]
-    pub fn seen(&self, place: SurfacePlace) -> SurfacePlace {
+    pub fn seen(&self, place: SurfacePlace) -> SeenPlace {
         match self.pixel {
-            None => place,
+            None => place.into(),
             Some([width, growth]) => {
                 let distance = (place.position - self.camera.frame(place.time).position).length();
-                SurfacePlace { width: 0.5 * (width + growth * distance), ..place }
+                SurfacePlace { width: 0.5 * (width + growth * distance), ..place }.into()
             }
         }
     }

@@ -71,7 +71,8 @@ pub struct ExplainedRay {
     pub medium: Filled,
     /// How far it comes, in meters; infinite if it meets nothing.
     pub distance: f32,
-    /// What the medium leaves of light on the way: the Beer-Lambert factor.
+    /// What the medium leaves of light on the way: the Beer-Lambert factor. Where media scatter, by what the weight is multiplied:
+    /// also over the odds of having come so far.
     pub transmittance: Vec3,
     /// What it meets.
     pub met: Met,
@@ -103,6 +104,11 @@ pub enum Met {
     NoBoundary {
         /// The instance.
         instance: u32,
+        /// Where, in world space.
+        position: Vec3,
+    },
+    /// Nothing but the medium, which scattered it.
+    Medium {
         /// Where, in world space.
         position: Vec3,
     },
@@ -372,6 +378,12 @@ fn explained(
     let journal = std::mem::take(journal(batch));
     let dielectrics = context.scene.materials.dielectric.view();
     let (hit, medium) = (batch.hits.get(0), batch.stacks.filling(ray.media));
+    let there = batch.rays.get(0);
+    let transmittance = if context.has_fog {
+        Vec3::select(ray.weight.cmpgt(Vec3::ZERO), there.weight / ray.weight, Vec3::ONE)
+    } else {
+        medium.transmittance(hit.t, &dielectrics)
+    };
     let shadows = journal.shadows.iter().map(|shadow| toward(context, batch, shadow, depth)).collect();
     let by_itself = journal.lights.iter().filter(|(found, _)| found.trail.ended() != Some(End::Light));
     ExplainedRay {
@@ -381,8 +393,8 @@ fn explained(
         ray,
         medium: Filled { medium, ior: medium.ior_at(ray.wavelength, &dielectrics) },
         distance: hit.t,
-        transmittance: medium.transmittance(hit.t, &dielectrics),
-        met: met(context, batch, (&PathRay { wavelength, ..ray }, &hit), depth),
+        transmittance,
+        met: met(context, batch, (&PathRay { wavelength, media: there.media, ..ray }, &hit), depth),
         passed: after.passed - before.passed,
         ends: Ends {
             totally_reflected: after.totally_reflected - before.totally_reflected,
@@ -414,6 +426,7 @@ fn met(context: &Context<'_>, batch: &mut Batch, (ray, hit): (&PathRay, &Hit), d
             let position = surface(&context.geometry, &ray.ray(time), hit).position;
             return Met::NoBoundary { instance: hit.instance, position };
         }
+        Arrival::Medium(scattering) => return Met::Medium { position: scattering.position },
         Arrival::Surface(kind, hit) => (kind, hit),
     };
     let direction = ray.direction();

@@ -4,14 +4,17 @@
 //! written down where it happens. Sums are integers, so they do not depend on threads or batches, and two equations hold to
 //! the last digit:
 //!
-//! - `entered = volume + escaped + crossed + emitters + cut + scattered`: what a traced ray comes to;
-//! - `scattered + recolored = absorbed + residual + below_surface + roulette_removed - roulette_added + onward`: what a surface makes of it.
+//! - `entered = volume + strayed + escaped + crossed + emitters + cut + scattered`: what a traced ray comes to;
+//! - `scattered + recolored = absorbed + residual + below_surface + roulette_removed - roulette_added + onward`: what a surface, or a medium, makes of it.
 //!
 //! What a surface absorbs is not what its sampler happens to lose: `absorbed` is what the theory expects, from the
 //! material's [tabulated albedo](crate::albedo). The sampler's deviation from it is `residual`, whose mean is zero if sampler
 //! and theory agree: [`Ledger::z`] says how far it is off, in standard errors. A sampler that loses energy shows there.
 //! Where no albedo is known (principled surfaces with more than one layer, rough glass among them, and coats over metal) the
 //! sampler is believed: such hits are absorbed as it says, have no residual and do not count for z.
+//!
+//! So it is with media that scatter: `volume` is what they absorb of all light that enters them, by their coefficients, and `strayed`
+//! what the distance that was drawn takes beyond that, zero in mean ([`Ledger::stray_z`]).
 //!
 //! The squared ratio of indices, by which radiance changes at a boundary, is no energy and is not in weights.
 
@@ -79,8 +82,12 @@ macro_rules! ledger {
 ledger! {
     /// Of the rays that were traced.
     entered,
-    /// Absorbed by media on the way.
+    /// Absorbed by media on the way, by theory.
     volume,
+    /// What free flights lost beyond theory; below zero what they gave too much. Zero in mean.
+    strayed,
+    /// Sum of the squares of each flight's part of that.
+    strayed_squares,
     /// Gone to the background.
     escaped,
     /// Gone on through boundaries that are none; it enters again at the same depth.
@@ -89,7 +96,7 @@ ledger! {
     emitters,
     /// Cut off: arrived at a surface at the maximum depth.
     cut,
-    /// Arrived at surfaces that scatter.
+    /// Arrived at surfaces that scatter, or scattered by media.
     scattered,
     /// Given to paths that have drawn a wavelength, below zero where it was taken: zero in mean.
     recolored,
@@ -112,7 +119,17 @@ ledger! {
 impl Ledger {
     /// The residual in its standard errors, by channel; 0 where no hit has any.
     pub fn z(&self) -> [f64; 3] {
-        let (residual, squares) = (self.residual.value(), self.residual_squares.value());
-        std::array::from_fn(|c| if squares[c] > 0.0 { residual[c] / squares[c].sqrt() } else { 0.0 })
+        in_errors(self.residual, self.residual_squares)
     }
+
+    /// What free flights lost beyond theory in its standard errors, by channel; 0 where nothing scatters.
+    pub fn stray_z(&self) -> [f64; 3] {
+        in_errors(self.strayed, self.strayed_squares)
+    }
+}
+
+/// A sum whose mean is zero over the root of its squares.
+fn in_errors(sum: Energy, squares: Energy) -> [f64; 3] {
+    let (sum, squares) = (sum.value(), squares.value());
+    std::array::from_fn(|c| if squares[c] > 0.0 { sum[c] / squares[c].sqrt() } else { 0.0 })
 }

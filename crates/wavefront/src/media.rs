@@ -56,13 +56,14 @@ impl Medium {
         self != Medium::VACUUM && dielectrics.dispersion[self.0 as usize].is_some()
     }
 
-    /// The part of light that is left after a distance in it, which may be infinite.
+    /// The part of light that is neither absorbed nor scattered after a distance in it, which may be infinite.
     #[inline(always)]
     pub fn transmittance(self, distance: f32, dielectrics: &DielectricsView<'_>) -> Vec3 {
         if self == Medium::VACUUM {
             return Vec3::ONE;
         }
-        transmittance(dielectrics.absorption[self.0 as usize], distance)
+        let row = self.0 as usize;
+        transmittance(dielectrics.absorption[row] + dielectrics.scattering[row], distance)
     }
 }
 
@@ -289,6 +290,9 @@ mod tests {
             specular: ColorSource::constant(Vec3::ONE),
             exponent: 1.0,
             absorption: Vec3::ZERO,
+            scattering: Vec3::ZERO,
+            anisotropy: 0.0,
+            bare: false,
             priority,
             alpha: 0.0,
             film: None,

@@ -10,16 +10,15 @@
 //! | [`Decision::Time`] | one | moment of the shutter's time |
 //! | [`Decision::Wavelength`] | one | hero wavelength or channel |
 //! | [`Decision::Lobe`] | one | lobe of a material; reflection or transmission |
-//! | [`Decision::Direction`] | pair | direction within the lobe |
+//! | [`Decision::Direction`] | pair | direction within the lobe, or of scattering in a medium |
 //! | [`Decision::Light`] | one | which light |
 //! | [`Decision::LightPoint`] | pair | place on the light, or direction toward the environment |
 //! | [`Decision::Roulette`] | one | whether the path goes on |
-//! | [`Decision::Distance`] | one | free flight in a medium |
-//! | [`Decision::Phase`] | pair | direction of scattering in a medium |
+//! | [`Decision::Distance`] | pair | channel and distance of a free flight in a medium |
 //! | [`Decision::Crossing`] | one | whether a partly transparent surface is met; which of two mixed materials |
 //!
 //! The camera's decisions are taken at depth 0, the others once a depth; what is decided several times at one depth
-//! (crossings, more than one light sample) numbers its [repeats](Dimension::repeat).
+//! (crossings, media one after the other, more than one light sample) numbers its [repeats](Dimension::repeat).
 //!
 //! # Sobol points in screen-space order
 //!
@@ -74,8 +73,7 @@ pub enum Decision {
     LightPoint,
     Roulette,
     Distance,
-    Phase,
-    Crossing,
+    Crossing = 10,
 }
 
 impl Decision {
@@ -683,7 +681,7 @@ mod tests {
             let sampler = Sampler::new(kind, 9, 8);
             let streams: StreamColumns =
                 (0..1000).map(|i| sampler.stream(PixelKey::new(i % 31, i / 31), i % 11, i % 3)).collect();
-            let dimension = Decision::Phase.at(7);
+            let dimension = Decision::Distance.at(7);
             for level in Level::available() {
                 let mut columns = [(); 3].map(|()| vec![0f32; streams.len()]);
                 let [a, b, c] = &mut columns;

@@ -9,6 +9,7 @@ use std::time::Instant;
 use brewster_buffers::{Camera, Integrator, SceneBuffers};
 use brewster_film::Film;
 use brewster_lanes::Level;
+use glam::Vec3;
 
 use crate::adaptive::{next_look, unfinished};
 use crate::batch::Batch;
@@ -70,6 +71,8 @@ pub(crate) fn check_integrator(scene: &SceneBuffers, camera: &Camera) -> Result<
             (metal.alpha.iter().any(|&alpha| alpha > 0.0), "rough metals"),
             (dielectric.alpha.iter().any(|&alpha| alpha > 0.0), "rough dielectrics"),
             (dielectric.thin.contains(&true), "thin dielectrics"),
+            (dielectric.bare.contains(&true), "media without a surface"),
+            (dielectric.scattering.iter().any(|&part| part != Vec3::ZERO), "media that scatter"),
             (metal.film.iter().chain(dielectric.film).any(Option::is_some), "thin films"),
         ],
         Integrator::Path => vec![

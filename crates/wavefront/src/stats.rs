@@ -24,6 +24,8 @@ pub enum Stage {
     Trace,
     /// Weakens rays by the medium they went through.
     Absorb,
+    /// In its place where media scatter or have no surface: takes rays through them.
+    Fly,
     /// Parts hits by kind of material, and those that escaped.
     Sort,
     /// Lets rays cross boundaries that are none.
@@ -58,6 +60,8 @@ pub enum Stage {
     ScatterPrincipled,
     /// Scatters at coated materials.
     ScatterCoated,
+    /// Scatters in media.
+    ScatterMedium,
     /// Tests rays toward lights.
     Shadow,
     /// Adds contributions to their samples.
@@ -68,11 +72,12 @@ pub enum Stage {
 
 impl Stage {
     /// All stages.
-    pub const ALL: [Stage; 24] = [
+    pub const ALL: [Stage; 26] = [
         Stage::Generate,
         Stage::Order,
         Stage::Trace,
         Stage::Absorb,
+        Stage::Fly,
         Stage::Sort,
         Stage::Cross,
         Stage::Record,
@@ -90,6 +95,7 @@ impl Stage {
         Stage::ScatterDielectric,
         Stage::ScatterPrincipled,
         Stage::ScatterCoated,
+        Stage::ScatterMedium,
         Stage::Shadow,
         Stage::Gather,
         Stage::Fold,
@@ -101,14 +107,16 @@ impl Stage {
             Stage::ShadePhong | Stage::ShadeLambert | Stage::ShadeMetal | Stage::ShadeDielectric => {
                 integrator == Integrator::Whitted
             }
-            Stage::Glow
+            Stage::Fly
+            | Stage::Glow
             | Stage::Draw
             | Stage::ScatterLambert
             | Stage::ScatterRoughDiffuse
             | Stage::ScatterMetal
             | Stage::ScatterDielectric
             | Stage::ScatterPrincipled
-            | Stage::ScatterCoated => integrator == Integrator::Path,
+            | Stage::ScatterCoated
+            | Stage::ScatterMedium => integrator == Integrator::Path,
             _ => true,
         }
     }
@@ -120,6 +128,7 @@ impl Stage {
             Stage::Order => "order",
             Stage::Trace => "trace",
             Stage::Absorb => "absorb",
+            Stage::Fly => "fly",
             Stage::Sort => "sort",
             Stage::Cross => "cross",
             Stage::Record => "record",
@@ -137,6 +146,7 @@ impl Stage {
             Stage::ScatterDielectric => "scatter_dielectric",
             Stage::ScatterPrincipled => "scatter_principled",
             Stage::ScatterCoated => "scatter_coated",
+            Stage::ScatterMedium => "scatter_medium",
             Stage::Shadow => "shadow",
             Stage::Gather => "gather",
             Stage::Fold => "fold",
@@ -146,17 +156,19 @@ impl Stage {
 
 /// What happened to the rays of one depth and queue.
 ///
-/// Every ray traced is a hit, a crossing or escaped; every hit is shaded once.
+/// Every ray traced is a hit, a crossing, scattered in a medium or escaped; every hit is shaded once.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counts {
     /// Rays into each stage, in the order of [`Stage::ALL`].
     pub stages: [u64; Stage::ALL.len()],
     /// Rays that met nothing.
     pub escaped: u64,
-    /// Rays that were traced on behind surfaces that were not there, each time.
+    /// Rays that were traced on behind surfaces that were not there, and behind boundaries without a surface, each time.
     pub passed: u64,
     /// Hits on boundaries that are none.
     pub crossings: u64,
+    /// Rays that a medium scattered before they met anything.
+    pub scatterings: u64,
     /// Rays that met a surface.
     pub hits: u64,
     /// Rays sent into the reflection queue of the next depth.
@@ -200,6 +212,7 @@ impl Counts {
         self.escaped += other.escaped;
         self.passed += other.passed;
         self.crossings += other.crossings;
+        self.scatterings += other.scatterings;
         self.hits += other.hits;
         self.reflections += other.reflections;
         self.transmissions += other.transmissions;

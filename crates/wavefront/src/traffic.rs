@@ -7,7 +7,8 @@ use brewster_geometry::HitColumns;
 
 use crate::policy::SortKey;
 use crate::queues::{
-    ContributionQueue, CrossingQueue, EscapedQueue, PathRayColumns, SampleColumns, ShadowQueue, SurfaceHitColumns,
+    ContributionQueue, CrossingQueue, EscapedQueue, PathRayColumns, SampleColumns, ScatteringQueue, ShadowQueue,
+    SurfaceHitColumns,
 };
 use crate::stages::Draws;
 use crate::stats::{Counts, Stage};
@@ -41,10 +42,11 @@ pub fn traffic(stage: Stage, counts: &Counts, sort: SortKey) -> Traffic {
         SampleColumns::BYTES_PER_ROW,
     ]
     .map(|bytes| bytes as u64);
-    let [contribution, shadow, crossing, escaped] = [
+    let [contribution, shadow, crossing, scattering, escaped] = [
         ContributionQueue::BYTES_PER_ROW,
         ShadowQueue::BYTES_PER_ROW,
         CrossingQueue::BYTES_PER_ROW,
+        ScatteringQueue::BYTES_PER_ROW,
         EscapedQueue::BYTES_PER_ROW,
     ]
     .map(|bytes| bytes as u64);
@@ -56,9 +58,13 @@ pub fn traffic(stage: Stage, counts: &Counts, sort: SortKey) -> Traffic {
         Stage::Order => of_each(ray, ray),
         Stage::Trace => of_each(SEGMENT, hit),
         Stage::Absorb => of_each(hit + ray, ray),
+        Stage::Fly => of_each(hit + ray + sample, hit + ray),
         Stage::Sort => Traffic {
             read: rows * (hit + ray),
-            written: counts.hits * surface + counts.crossings * crossing + counts.escaped * escaped,
+            written: counts.hits * surface
+                + counts.crossings * crossing
+                + counts.scatterings * scattering
+                + counts.escaped * escaped,
         },
         Stage::Cross => of_each(crossing + ray, ray),
         Stage::Record => of_each(surface + sample, 0),
@@ -81,7 +87,7 @@ pub fn traffic(stage: Stage, counts: &Counts, sort: SortKey) -> Traffic {
 }
 
 /// The stages that send rays on.
-const SHADING: [Stage; 10] = [
+const SHADING: [Stage; 11] = [
     Stage::ShadePhong,
     Stage::ShadeLambert,
     Stage::ShadeMetal,
@@ -92,6 +98,7 @@ const SHADING: [Stage; 10] = [
     Stage::ScatterDielectric,
     Stage::ScatterPrincipled,
     Stage::ScatterCoated,
+    Stage::ScatterMedium,
 ];
 
 #[cfg(test)]

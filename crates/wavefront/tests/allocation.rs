@@ -128,6 +128,16 @@ fn nor_does_a_second_pass_of_paths() {
     }
 }
 
+/// Through fog, from boundary to boundary, and past them toward lights.
+#[test]
+fn nor_does_a_second_pass_through_media() {
+    let scene = scene("scenes/fog.ron");
+    let stages = [Stage::Fly, Stage::ScatterMedium, Stage::Cross, Stage::Shadow, Stage::ScatterPrincipled];
+    for (batch, capacity) in [(64, 4096), (4096, 4096), (1000, 7)] {
+        check(&scene, &stages, Policy { batch, capacity, ..Policy::default() });
+    }
+}
+
 #[test]
 fn nor_does_a_second_pass_without_queues() {
     let policy = Policy { executor: Executor::Megakernel, ..Policy::default() };

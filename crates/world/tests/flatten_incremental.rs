@@ -288,6 +288,8 @@ impl Editor {
                     specular: self.color(),
                     exponent,
                     absorption: Vec3::ONE,
+                    scattering: Scattering { coefficient: Vec3::ZERO, anisotropy: self.random.unit() },
+                    bare: false,
                     priority: 0,
                     alpha: self.random.unit(),
                     film: None,

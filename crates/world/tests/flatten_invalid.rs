@@ -133,6 +133,8 @@ fn dielectric(ior: f32, absorption: f32, alpha: f32, dispersion: Option<Dispersi
         specular: Color::WHITE,
         exponent: 1.0,
         absorption: Vec3::splat(absorption),
+        scattering: Scattering::NONE,
+        bare: false,
         priority: 0,
         alpha,
         film: None,
@@ -173,6 +175,13 @@ fn materials_that_are_none_are_left_out() {
     let edge = |r0, tint| Reflectance::EdgeTint { r0: Vec3::splat(r0), edge_tint: Vec3::splat(tint) };
     let index = |eta, k| Reflectance::Index { eta: Vec3::splat(eta), k: Vec3::splat(k) };
     let glass = |ior, absorption, alpha| dielectric(ior, absorption, alpha, None, false);
+    let medium = |coefficient, anisotropy, film| {
+        let mut medium = glass(1.0, 0.0, 0.0);
+        let Material::Dielectric { scattering, bare, film: on, .. } = &mut medium else { unreachable!() };
+        *scattering = Scattering { coefficient: Vec3::splat(coefficient), anisotropy };
+        (*bare, *on) = (true, film);
+        medium
+    };
     let dispersive = |b, thin| {
         let index = DispersiveIndex::Cauchy(Cauchy { a: 1.5, b, c: 0.0 });
         dielectric(1.5, 0.0, 0.0, Some(index), thin)
@@ -198,6 +207,10 @@ fn materials_that_are_none_are_left_out() {
         (filmed(FresnelModel::Exact, 0.9, 400.0), "a film must"),
         (filmed(FresnelModel::Exact, 1.3, -1.0), "a film must"),
         (filmed(FresnelModel::Exact, 1.3, f32::NAN), "a film must"),
+        (medium(-1.0, 0.0, None), "scattering must be at least 0"),
+        (medium(1.0, 1.0, None), "between -1 and 1"),
+        (medium(1.0, f32::NAN, None), "between -1 and 1"),
+        (medium(1.0, 0.5, Some(Film { ior: 1.3, thickness: 100.0 })), "what has no surface has no film"),
         (Material::RoughDiffuse { albedo: Color::WHITE, roughness: 1.5 }, "a roughness must be 0 to 1"),
     ] {
         let (mut scene, entity) = check(expected, |scene| scene.spawn((BALL, material)).id());

@@ -31,6 +31,7 @@ fn a_volume_is_a_row_of_the_dielectrics() {
         attenuation_color: Vec3::new(1.0, (-1.0f32).exp(), (-2.0f32).exp()),
         attenuation_distance: 2.0,
         priority: 3,
+        ..Volume::default()
     };
     let sheet = Principled { volume: None, ..glass(volume.clone()) };
     let opaque = Principled { transmission: Scalar::constant(0.0), ..glass(volume.clone()) };
@@ -112,7 +113,7 @@ fn numbers_that_are_none_are_named() {
         Principled { iridescence, ..default() }
     };
     let volume = |attenuation_color, attenuation_distance| {
-        let volume = Volume { attenuation_color, attenuation_distance, priority: 0 };
+        let volume = Volume { attenuation_color, attenuation_distance, ..Volume::default() };
         Principled { volume: Some(volume), ..default() }
     };
     for (material, expected) in [
@@ -122,8 +123,12 @@ fn numbers_that_are_none_are_named() {
         (Principled { emission: Color::gray(-1.0), ..default() }, "a color must be finite"),
         (Principled { ior: 0.5, ..default() }, "an index of refraction"),
         (Principled { dispersion: -1.0, ..default() }, "a dispersion"),
-        (volume(Vec3::splat(2.0), 1.0), "an attenuation color"),
-        (volume(Vec3::ONE, 0.0), "an attenuation color"),
+        (volume(Vec3::splat(2.0), 1.0), "a volume's colors"),
+        (volume(Vec3::ONE, 0.0), "its distance above 0"),
+        (
+            Principled { volume: Some(Volume { anisotropy: -1.0, ..Volume::default() }), ..default() },
+            "its anisotropy between -1 and 1",
+        ),
         (film(0.5, 100.0), "an iridescent film"),
         (film(1.3, f32::NAN), "an iridescent film"),
     ] {

@@ -387,12 +387,14 @@ fn energy(ledger: &Ledger, terminal: Terminal) {
     }
     terminal.say(format_args!("energy   of what camera rays set out with"));
     let roulette = mean(ledger.roulette_removed) - mean(ledger.roulette_added);
-    let [x, y, z] = ledger.z();
+    let [[x, y, z], stray] = [ledger.z(), ledger.stray_z()];
+    let stray = format!(", zero in mean: {:.1}, {:.1}, {:.1} standard errors", stray[0], stray[1], stray[2]);
     let rows = [
         ("escaped", mean(ledger.escaped), String::new()),
         ("to emitters", mean(ledger.emitters), String::new()),
         ("in surfaces", mean(ledger.absorbed), ", by theory".to_owned()),
         ("in media", mean(ledger.volume), String::new()),
+        ("by free flights", mean(ledger.strayed), stray),
         ("cut by depth", mean(ledger.cut), String::new()),
         ("below surfaces", mean(ledger.below_surface), ", where shading normals point".to_owned()),
         ("by dispersion", -mean(ledger.recolored), ", zero in mean".to_owned()),

@@ -35,7 +35,7 @@ pub struct NamedRay {
     pub wavelength: Option<f32>,
     /// How far it comes, in meters; none if it meets nothing.
     pub distance: Option<f32>,
-    /// `nothing`, `no boundary` or `surface`.
+    /// `nothing`, `no boundary`, `medium` where that scatters it, or `surface`.
     pub met: &'static str,
     /// The surface.
     pub surface: Option<NamedSurface>,
@@ -152,6 +152,7 @@ impl NamedRay {
                 };
                 ("no boundary", Some(surface))
             }
+            Met::Medium { .. } => ("medium", None),
             Met::Surface(surface) => ("surface", Some(NamedSurface::new(session, surface))),
         };
         let ends = [

@@ -118,6 +118,7 @@ impl NamedRay {
             (Some(surface), _) => {
                 lines.push(format!("crosses {}, which is no boundary there", clipped(&surface.entity, NAME)))
             }
+            (None, "medium") => lines.push("is scattered".to_owned()),
             (None, _) => lines.push("meets nothing".to_owned()),
         }
         lines.extend(self.ends.iter().map(|end| (*end).to_owned()));

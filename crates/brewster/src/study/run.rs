@@ -223,7 +223,7 @@ pub(crate) fn conserve(stats: &Stats) -> Result<(), String> {
     let totals: Vec<_> = stats.depths.iter().map(DepthStats::total).collect();
     for (depth, at) in stats.depths.iter().enumerate() {
         for (counts, source) in at.counts.iter().zip(RaySource::ALL) {
-            let ends = counts.hits + counts.crossings + counts.escaped;
+            let ends = counts.hits + counts.crossings + counts.scatterings + counts.escaped;
             if counts.traced() != ends {
                 let name = source.name();
                 return Err(format!("at depth {depth} {} {name} rays were traced and {ends} ended", counts.traced()));

@@ -292,7 +292,7 @@ impl SceneBuffers {
             Density::PerSolidAngle(density) => (sight.direction, density),
             Density::PerArea { area, probability } => (sight.direction, per_area / area * probability),
         };
-        let place = surface.place(rows.instance[row], drawn.primitive, time);
+        let place = surface.place(rows.instance[row], drawn.primitive, time).into();
         let coverage = self.coverage(self.instances.view().material[rows.instance[row] as usize], &place);
         let radiance = self.color(rows.radiance[row], &place) * coverage;
         let target = offset_origin(surface, -direction);

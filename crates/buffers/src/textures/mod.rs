@@ -3,11 +3,13 @@
 mod bytes;
 mod image;
 mod pyramid;
+mod seen;
 
 pub use image::{Encoding, Filter, Image, ImageTexture, Texels, UvTransform, Wrap};
 pub use pyramid::Pyramid;
+pub use seen::SeenPlace;
 
-use brewster_geometry::{SurfacePlace, UvSet};
+use brewster_geometry::UvSet;
 use glam::{Vec2, Vec3, Vec4};
 
 use crate::{SceneBuffers, TextureId};
@@ -132,7 +134,7 @@ impl Coordinates {
 impl SceneBuffers {
     /// The color of a source at a place.
     #[inline(always)]
-    pub fn color(&self, source: ColorSource, place: &SurfacePlace) -> Vec3 {
+    pub fn color(&self, source: ColorSource, place: &SeenPlace) -> Vec3 {
         if source.texture == TextureId::NONE {
             source.factor
         } else {
@@ -142,7 +144,7 @@ impl SceneBuffers {
 
     /// The number of a source at a place.
     #[inline(always)]
-    pub fn number(&self, source: ScalarSource, place: &SurfacePlace) -> f32 {
+    pub fn number(&self, source: ScalarSource, place: &SeenPlace) -> f32 {
         if source.texture == TextureId::NONE {
             source.factor
         } else {
@@ -152,7 +154,7 @@ impl SceneBuffers {
 
     /// Linear color and alpha of a texture at a place.
     #[inline]
-    pub fn texture(&self, texture: TextureId, place: &SurfacePlace) -> Vec4 {
+    pub fn texture(&self, texture: TextureId, place: &SeenPlace) -> Vec4 {
         let texture = &self.textures.rows[texture.0 as usize];
         if let Texture::Image(image) = texture
             && place.width > 0.0
@@ -167,15 +169,15 @@ impl SceneBuffers {
         }
     }
 
-    fn seen_from_afar(&self, image: &ImageTexture, place: &SurfacePlace) -> Vec4 {
+    fn seen_from_afar(&self, image: &ImageTexture, place: &SeenPlace) -> Vec4 {
         let geometry = self.geometry();
-        let pixels = place.width * image.pixels_across(geometry.uv_gradients(place, image.uv_set));
+        let pixels = place.width * image.pixels_across(self.uv_gradients(place, image.uv_set));
         let color = image.around(geometry.uv(place, image.uv_set), pixels);
         if image.vertex_colors { color * geometry.vertex_color(place) } else { color }
     }
 
     /// All that a texture can depend on.
-    pub fn coordinates(&self, place: &SurfacePlace) -> Coordinates {
+    pub fn coordinates(&self, place: &SeenPlace) -> Coordinates {
         let geometry = self.geometry();
         Coordinates { uvs: [place.uv, geometry.uv(place, UvSet::Second)], color: geometry.vertex_color(place) }
     }
@@ -249,6 +251,8 @@ impl Texture {
 
 #[cfg(test)]
 mod tests {
+    use brewster_geometry::SurfacePlace;
+
     use super::*;
 
     #[test]
@@ -273,7 +277,8 @@ mod tests {
         let scene =
             SceneBuffers { textures: Textures { rows: vec![Texture::Image(pixel())] }, ..SceneBuffers::default() };
         let place =
-            SurfacePlace { instance: 0, primitive: 0, position: Vec3::ZERO, uv: Vec2::ZERO, width: 0.0, time: 0.0 };
+            SurfacePlace { instance: 0, primitive: 0, position: Vec3::ZERO, uv: Vec2::ZERO, width: 0.0, time: 0.0 }
+                .into();
         let texture = TextureId(0);
         let color = ColorSource { factor: Vec3::new(1.0, 2.0, 0.5), texture };
         assert_eq!(scene.color(color, &place), Vec3::new(0.2, 0.8, 0.5));

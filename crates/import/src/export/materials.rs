@@ -162,11 +162,15 @@ impl Exporter<'_> {
 
 /// A volume; what nothing is absorbed in is white after any distance.
 fn inside(volume: &world::Volume, dispersion: f32) -> String {
-    let world::Volume { attenuation_color, attenuation_distance, priority } = volume;
+    let world::Volume { attenuation_color, attenuation_distance, multiscatter_color, anisotropy, priority } = volume;
     let mut fields = match attenuation_distance.is_finite() {
         true => vec![format!("color: {}", color(*attenuation_color)), format!("distance: {attenuation_distance:?}")],
         false => vec!["color: 1".to_owned()],
     };
+    if *multiscatter_color != Vec3::ZERO {
+        fields.push(format!("multiscatter: {}", color(*multiscatter_color)));
+        fields.push(format!("anisotropy: {anisotropy:?}"));
+    }
     if dispersion > 0.0 {
         fields.push(format!("abbe: {:?}", 20.0 / dispersion));
     }

@@ -59,6 +59,7 @@ pub(super) fn material(
     extensions::khr_materials_transmission::apply(r, p)?;
     extensions::khr_materials_diffuse_transmission::apply(r, p)?;
     extensions::khr_materials_volume::apply(r, p)?;
+    extensions::khr_materials_volume_scatter::apply(r, p)?;
     extensions::khr_materials_dispersion::apply(r, p)?;
     extensions::khr_materials_clearcoat::apply(r, p)?;
     extensions::khr_materials_sheen::apply(r, p)?;

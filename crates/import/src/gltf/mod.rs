@@ -132,8 +132,19 @@ fn read(
     let source = source.ok_or_else(|| broken("", "too many files"))?;
     let span = Span { source, start: 0, end: 0 };
     let rows = nodes::read((session, reporter), &document, &options.gltf, span, None)?;
-    let is_dark = !rows.iter().any(|row| row.light.is_some());
+    let sky = match nodes::chosen_scene(&document.root, &options.gltf)? {
+        Some(scene) if options.view.environment.is_none() => {
+            extensions::ext_lights_image_based::of_scene((session, reporter), &document, scene)?
+        }
+        _ => None,
+    };
+    let is_dark = sky.is_none() && !rows.iter().any(|row| row.light.is_some());
     let mut scene = Scene { settings: world::Settings(settings()), background: world::Background::default(), rows };
+    if let Some(sky) = sky {
+        scene.background.0 = parts::Background::Environment(sky);
+        scene.settings.0.backdrop = parts::Backdrop::Other(view::PAPER);
+        reporter.note(Code::Decision, "", "the scene's image-based light is not seen behind things, but gray paper");
+    }
     if is_dark && options.view.environment.is_none() {
         let Some(studio) = view::studio(session) else { return Ok(None) };
         scene.background.0 = studio;

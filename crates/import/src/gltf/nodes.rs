@@ -12,7 +12,7 @@ use brewster_world::components::parts::TriangleMesh;
 use glam::{Affine3A, Mat3A, Quat, Vec3};
 use gltf::json::mesh::Semantic;
 use gltf::json::validation::Checked;
-use gltf::json::{Index, Node};
+use gltf::json::{Index, Node, Root};
 
 use super::document::Document;
 use super::extensions::{ext_mesh_gpu_instancing, khr_lights_punctual, khr_materials_variants, khr_node_visibility};
@@ -91,14 +91,18 @@ pub(super) fn read(
     Ok(spawner.finish())
 }
 
+/// The number of the chosen scene; none in a file without scenes.
+pub(super) fn chosen_scene(root: &Root, choices: &GltfChoices) -> Found<Option<usize>> {
+    match &choices.scene {
+        Some(chosen) => choose(chosen, root.scenes.iter().map(|scene| scene.name.as_deref()), "scene").map(Some),
+        None => Ok(root.scene.map(|scene| scene.value()).or((!root.scenes.is_empty()).then_some(0))),
+    }
+}
+
 /// The nodes that the chosen scene begins with: all that have no parent in a file without scenes.
 fn roots(document: &Document, choices: &GltfChoices) -> Found<Vec<usize>> {
     let root = &document.root;
-    let scene = match &choices.scene {
-        Some(chosen) => Some(choose(chosen, root.scenes.iter().map(|scene| scene.name.as_deref()), "scene")?),
-        None => root.scene.map(|scene| scene.value()).or((!root.scenes.is_empty()).then_some(0)),
-    };
-    Ok(match scene {
+    Ok(match chosen_scene(root, choices)? {
         Some(scene) => root.scenes[scene].nodes.iter().map(Index::value).collect(),
         None => {
             let children = root.nodes.iter().filter_map(|node| node.children.as_ref()).flatten();

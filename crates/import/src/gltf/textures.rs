@@ -129,7 +129,7 @@ impl Textures {
     }
 
     /// A picture of the file; none for one that cannot be read: its texture is left out, as if it were white.
-    fn image(
+    pub(super) fn image(
         &mut self,
         (session, reporter): (&mut Session, &mut Reporter),
         document: &Document,

@@ -8,7 +8,7 @@ use brewster_import::{Importer, LoadOptions, load_scene};
 use brewster_optics::dispersion::Cauchy;
 use brewster_optics::glasses::glass;
 use brewster_world::components::parts::{self, DispersiveIndex, Film, FresnelModel, Integrator, SamplerKind};
-use brewster_world::components::{Background, Camera, Color, Material, Reflectance, Settings};
+use brewster_world::components::{Background, Camera, Color, Material, Reflectance, Scattering, Settings};
 use glam::Vec3;
 
 use crate::loaded::{get, load, load_with};
@@ -111,6 +111,8 @@ fn every_rough_material_says_what_it_says() {
         specular: gray(1.0),
         exponent: 100.0,
         absorption: Vec3::ZERO,
+        scattering: Scattering::NONE,
+        bare: false,
         priority: 0,
         alpha,
         film,

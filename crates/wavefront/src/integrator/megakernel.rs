@@ -19,14 +19,14 @@ use crate::context::Context;
 use crate::media::{MediaId, MediaStacks};
 use crate::queues::{
     Contribution, OnCoated, OnDielectric, OnLambert, OnMetal, OnPrincipled, OnRoughDiffuse, PathRay, RaySource, Sample,
-    ShadowRay, SurfaceHit,
+    Scattering, ShadowRay, SurfaceHit,
 };
 use crate::random::PixelKey;
-use crate::stages::scatter::{Scatter, cut, scatter_at};
+use crate::stages::scatter::{Scatter, cut, scatter_at, scatter_in_medium};
 use crate::stages::shade::{Continuation, emitted, light_lambert, light_phong, mirror_at_metal, split_at_dielectric};
 use crate::stages::{
-    Arrival, DrawOnDemand, Met, Outlet, arrive, behind, behind_veil, camera_ray, first_hit, fold_one, glowing,
-    may_go_on, meet, reached, seen_behind, settle, weaken,
+    Arrival, Arrived, DrawOnDemand, Met, Outlet, Progress, Traveler, arrive, behind, behind_veil, camera_ray,
+    first_hit, first_scattering, fly_on, fold_one, glowing, may_go_on, meet, reached, seen_behind, settle, weaken,
 };
 use crate::stats::{Counts, Stage, Stats};
 
@@ -233,9 +233,15 @@ impl<B: Beside> Follower<'_, '_, '_, B> {
         let Follower { context, tracer, stacks, sent, stats, tile, sample, .. } = self;
         sent.mark = mark;
         let counts = &mut stats.depths[depth as usize].counts[source as usize];
-        [Stage::Order, Stage::Trace, Stage::Absorb, Stage::Sort].into_iter().for_each(|stage| count(counts, stage));
-        let hit = trace(context, tracer, (&ray, depth), sample, counts);
-        weaken(context, &mut ray.weight, stacks.filling(ray.media), hit.t, counts);
+        [Stage::Order, Stage::Trace, Stage::Sort].into_iter().for_each(|stage| count(counts, stage));
+        let mut hit = trace(context, tracer, (&ray, depth), sample, counts);
+        if context.has_fog {
+            count(counts, Stage::Fly);
+            hit = fly(context, tracer, (&mut ray, hit, depth), stacks, sample, counts);
+        } else {
+            count(counts, Stage::Absorb);
+            weaken(context, &mut ray.weight, stacks.filling(ray.media), hit.t, counts);
+        }
         let stream = || context.sampler.stream(sample.key, sample.number, ray.branch);
         let time = context.time(sample.key, sample.number);
         let found = (&hit, |ray: &_| surface(&context.geometry, ray, &hit));
@@ -252,6 +258,19 @@ impl<B: Beside> Follower<'_, '_, '_, B> {
                 let ray = behind(context, &ray, &crossing, counts);
                 sent.rays.push(Waiting { ray, depth, source: RaySource::Transmission, mark });
             }
+            Arrival::Medium(scattering) => {
+                counts.scatterings += 1;
+                if depth == 0 {
+                    count(counts, Stage::Record);
+                    tile.add_first_hit(
+                        sample.pixel,
+                        sample.number,
+                        first_scattering(context, (&ray, &scattering, time)),
+                    );
+                }
+                self.scatter_in_medium((&ray, &scattering), depth, source);
+                self.shadows(None, depth, source);
+            }
             Arrival::Surface(kind, hit) => {
                 counts.hits += 1;
                 if depth == 0 {
@@ -266,7 +285,7 @@ impl<B: Beside> Follower<'_, '_, '_, B> {
                     Integrator::Path => self.scatter(kind, (&ray, &hit), depth, source),
                 }
                 self.mark((kind, &ray, &hit), waited);
-                self.shadows((kind, &ray, &hit), depth, source);
+                self.shadows(Some((kind, &ray, &hit)), depth, source);
             }
         }
         self.gather(depth, source);
@@ -352,6 +371,23 @@ impl<B: Beside> Follower<'_, '_, '_, B> {
         scatter_at::<Kind>(context, (*ray, *hit, depth), numbers, || stream(1), sent, stacks, counts);
     }
 
+    /// What a medium makes of a ray that it scatters; it changes no mark.
+    #[inline(always)]
+    fn scatter_in_medium(&mut self, (ray, scattering): (&PathRay, &Scattering), depth: u32, source: RaySource) {
+        let Follower { context, stacks, sent, stats, sample, .. } = self;
+        let counts = &mut stats.depths[depth as usize].counts[source as usize];
+        count(counts, Stage::ScatterMedium);
+        if depth == context.scene.settings.max_depth {
+            return cut(context, ray.weight, counts);
+        }
+        count(counts, Stage::Draw);
+        sent.next = depth + 1;
+        let stream = context.sampler.stream(sample.key, sample.number, ray.branch);
+        let numbers = DrawOnDemand { sampler: &context.sampler, stream, depth };
+        let event = (ray, scattering, context.time(sample.key, sample.number));
+        scatter_in_medium(context, event, numbers, stacks, sent, counts);
+    }
+
     /// Marks the rays that the hit sent on: those behind the ones that waited before.
     #[inline(always)]
     fn mark(&mut self, (kind, ray, hit): (MaterialKind, &PathRay, &SurfaceHit), waited: usize) {
@@ -362,9 +398,9 @@ impl<B: Beside> Follower<'_, '_, '_, B> {
         }
     }
 
-    /// Tests what the hit sent toward lights.
+    /// Tests what a hit, or a scattering in a medium, sent toward lights.
     #[inline(always)]
-    fn shadows(&mut self, (kind, ray, hit): (MaterialKind, &PathRay, &SurfaceHit), depth: u32, source: RaySource) {
+    fn shadows(&mut self, hit: Option<(MaterialKind, &PathRay, &SurfaceHit)>, depth: u32, source: RaySource) {
         let Follower { stats, sent, .. } = self;
         let sent = sent.shadows.len();
         let counts = &mut stats.depths[depth as usize].counts[source as usize];
@@ -375,7 +411,10 @@ impl<B: Beside> Follower<'_, '_, '_, B> {
             let counts = &mut stats.depths[depth as usize].counts[source as usize];
             let shadow_ray = sent.shadows[row];
             let toward = Toward::Light(shadow_ray.direction());
-            let mut mark = beside.sent(&HitOf { kind, ray, hit, sample }, toward, sent.mark, stacks);
+            let mut mark = sent.mark;
+            if let Some((kind, ray, hit)) = hit {
+                mark = beside.sent(&HitOf { kind, ray, hit, sample }, toward, mark, stacks);
+            }
             let seen = |ray: &ShadowRay, hit: (&Hit, f32), stacks: &mut MediaStacks| {
                 let met = meet(context, ray, hit, stacks);
                 mark = beside.met(ray, hit, &met, mark, stacks);
@@ -440,6 +479,30 @@ fn trace(
         sample.rays += 1;
     }
     Hit { t: passed + hit.t, ..hit }
+}
+
+/// Takes a ray through media to what it meets behind them, or to where they scatter it.
+#[inline(always)]
+fn fly(
+    context: &Context<'_>,
+    tracer: &mut RayByRay<'_>,
+    (path, mut hit, depth): (&mut PathRay, Hit, u32),
+    stacks: &mut MediaStacks,
+    sample: &mut Sample,
+    counts: &mut Counts,
+) -> Hit {
+    let (mut ray, mut progress) = (path.ray(context.time(sample.key, sample.number)), Progress::default());
+    let stream = context.sampler.stream(sample.key, sample.number, path.branch);
+    loop {
+        let traveler = Traveler { weight: &mut path.weight, media: &mut path.media };
+        match fly_on(context, traveler, (&ray, &hit), (&mut progress, depth, stream), stacks, counts) {
+            Arrived::At(hit) => return hit,
+            Arrived::Behind(origin) => ray.origin = origin,
+        }
+        hit = tracer.closest_hit(&ray);
+        counts.passed += 1;
+        sample.rays += 1;
+    }
 }
 
 /// What a ray toward a light brings; it is told what it meets.

@@ -2,9 +2,9 @@
 //!
 //! **Depth.** A camera ray has depth 0. A ray's hit on a surface is an interaction of the ray's depth; it sends reflections
 //! and transmissions of depth + 1 only while depth < `max_depth`. So `max_depth` is the number of interactions on a path that
-//! may scatter on. `Whitted` lights the last interaction too: 0 shows direct light alone. To `Path`, what comes from a light is
+//! may scatter on, in media and on surfaces. `Whitted` lights the last interaction too: 0 shows direct light alone. To `Path`, what comes from a light is
 //! scattered on like all else: 0 shows emitters alone, 1 direct light. Crossing a boundary that is none (inside a medium of
-//! higher priority), or passing a surface that is absent there, is no interaction and leaves the depth as it is.
+//! higher priority, or of one without a surface), or passing a surface that is absent there, is no interaction and leaves the depth as it is.
 //!
 //! What each integrator does with each thing a scene may hold:
 //!
@@ -18,6 +18,8 @@
 //! | Principled | an error | glTF's lobes: reflection and transmission by chance, above `split_depth` both; its emission lights whatever sees it |
 //! | Coated | an error | a smooth or GGX coat over Lambert's surface or metal; what it absorbs |
 //! | Emissive | its radiance where a ray meets it; it lights nothing else | lights whatever sees it |
+//! | a medium that scatters | an error | free flights, Henyey and Greenstein's phase function; a scattering is an interaction |
+//! | a medium without a surface | an error | rays and rays toward lights go straight in and out, where the index is that of the other side; no interaction |
 //! | opacity: mask, blend | a ray meets the surface or goes straight on at its depth, by chance; rays toward lights are weakened | the same |
 //! | normal map, heights | in place of the shading normal, held where a mirror image can be seen | the same |
 //! | point, spot, directional light | direct light and highlights | direct light, on what is not smooth |
@@ -46,7 +48,9 @@ use crate::context::Context;
 use crate::queues::RaySource;
 use crate::stages::scatter::SHADOW_RAYS;
 use crate::stages::shade::shade_emissive;
-use crate::stages::{Arrivals, absorb, cross, escape, fold, gather, generate, glow, order, record, sort, trace};
+use crate::stages::{
+    Arrivals, absorb, cross, escape, fly, fold, gather, generate, glow, order, record, record_scatterings, sort, trace,
+};
 use crate::stats::Stage;
 
 /// Makes the camera rays of some samples of every pixel of a tile.
@@ -100,6 +104,7 @@ fn meet(context: &Context<'_>, batch: &mut Batch, tile: &mut FilmTile<'_>) -> Op
         ordered,
         hits,
         passing,
+        flying,
         sorted,
         contributions,
         samples,
@@ -117,9 +122,15 @@ fn meet(context: &Context<'_>, batch: &mut Batch, tile: &mut FilmTile<'_>) -> Op
     if let Some(survey) = &mut recorder.survey {
         survey.look(context, (depth, source), (rays.view(), samples.view()), hits.view());
     }
-    recorder.stage(at(Stage::Absorb), rays.len(), |counts| {
-        absorb(context, stacks, hits.view(), rays.view_mut(), counts);
-    });
+    if context.has_fog {
+        recorder.stage(at(Stage::Fly), rays.len(), |counts| {
+            fly(context, (rays.view_mut(), hits.view_mut()), depth, stacks, flying, samples.view_mut(), counts);
+        });
+    } else {
+        recorder.stage(at(Stage::Absorb), rays.len(), |counts| {
+            absorb(context, stacks, hits.view(), rays.view_mut(), counts);
+        });
+    }
     recorder.stage(at(Stage::Sort), rays.len(), |counts| {
         let arrivals = Arrivals { rays: rays.view(), hits: hits.view(), samples: samples.view(), depth };
         sort(context, arrivals, stacks, sorted, counts);
@@ -129,8 +140,9 @@ fn meet(context: &Context<'_>, batch: &mut Batch, tile: &mut FilmTile<'_>) -> Op
         cross(context, rays, sorted.crossings.view(), &mut levels.at(depth).0.transmission, counts);
     });
     if depth == 0 {
-        recorder.stage(at(Stage::Record), sorted.hits(), |_| {
-            sorted.each(|hits| record(context, rays, hits, samples.view(), tile))
+        recorder.stage(at(Stage::Record), sorted.hits() + sorted.scatterings.len(), |_| {
+            sorted.each(|hits| record(context, rays, hits, samples.view(), tile));
+            record_scatterings(context, rays, sorted.scatterings.view(), samples.view(), tile);
         });
     }
     recorder.stage(at(Stage::Escape), sorted.escaped.len(), |counts| {

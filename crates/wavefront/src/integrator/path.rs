@@ -8,7 +8,7 @@ use super::{begin, end, meet, run};
 use crate::batch::Batch;
 use crate::context::Context;
 use crate::queues::RaySource;
-use crate::stages::scatter::{Onward, scatter};
+use crate::stages::scatter::{Onward, lit, scatter, scatter_medium};
 use crate::stages::{Queues, draw, gather, shadow};
 use crate::stats::Stage;
 
@@ -41,18 +41,18 @@ pub(super) fn step(context: &Context<'_>, batch: &mut Batch, tile: &mut FilmTile
     let rays = rays.view();
     let (_, mut next) = levels.at(depth);
     macro_rules! scatter {
-        ($stage:expr, $hits:expr) => {
-            for start in (0..$hits.len()).step_by(run) {
-                let hits = $hits.view().run(start, run);
+        ($stage:expr, $length:expr, |$start:ident| ($rows:expr, $lit:expr, $scatter:ident($hits:expr))) => {
+            for $start in (0..$length).step_by(run) {
+                let (rows, hits) = ($rows, $hits);
                 if next.is_some() {
-                    recorder.stage(at(Stage::Draw), hits.columns().len(), |_| {
-                        draw(context, rays, &hits, samples.view(), depth, draws);
+                    recorder.stage(at(Stage::Draw), rows.len(), |_| {
+                        draw(context, rays, (rows, $lit), samples.view(), depth, draws);
                     });
                 }
-                recorder.stage(at($stage), hits.columns().len(), |counts| {
+                recorder.stage(at($stage), rows.len(), |counts| {
                     let queues = Queues { next: next.as_deref_mut(), shadows, contributions };
                     let mut onward = Onward { depth, queues, stacks };
-                    scatter(context, rays, &hits, draws.view(), samples.view(), &mut onward, counts);
+                    $scatter(context, rays, hits, draws.view(), samples.view(), &mut onward, counts);
                 });
                 attribution.note_shadows(shadows);
                 if let Some(survey) = &mut recorder.survey {
@@ -66,6 +66,14 @@ pub(super) fn step(context: &Context<'_>, batch: &mut Batch, tile: &mut FilmTile
                 });
             }
         };
+        ($stage:expr, $hits:expr) => {
+            let hits = $hits.view();
+            scatter!($stage, hits.columns().len(), |start| (
+                hits.run(start, run).columns().rays(),
+                lit(&hits.run(start, run)),
+                scatter(&hits.run(start, run))
+            ));
+        };
     }
     scatter!(Stage::ScatterLambert, sorted.lambert);
     scatter!(Stage::ScatterRoughDiffuse, sorted.rough_diffuse);
@@ -73,5 +81,11 @@ pub(super) fn step(context: &Context<'_>, batch: &mut Batch, tile: &mut FilmTile
     scatter!(Stage::ScatterDielectric, sorted.dielectric);
     scatter!(Stage::ScatterPrincipled, sorted.principled);
     scatter!(Stage::ScatterCoated, sorted.coated);
+    let scatterings = sorted.scatterings.view();
+    scatter!(Stage::ScatterMedium, scatterings.len(), |start| (
+        &scatterings.ray[start..scatterings.len().min(start + run)],
+        None,
+        scatter_medium(scatterings.slice(start..scatterings.len().min(start + run)))
+    ));
     Some((depth, source))
 }

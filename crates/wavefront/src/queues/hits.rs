@@ -6,7 +6,7 @@ use brewster_geometry::{SurfacePlace, SurfacePoint};
 use brewster_lanes::columns;
 use glam::Vec3;
 
-use crate::media::MediaId;
+use crate::media::{MediaId, Medium};
 
 columns! {
     /// What is kept of every hit: all but its time.
@@ -52,6 +52,22 @@ pub struct SurfaceHit {
     /// When it was hit, 0 ≤ time < 1 of the shutter's time. Kept where something moves, otherwise 0.
     pub time: f32,
 }
+
+columns! {
+    /// A ray's scattering by a medium. Before hits are sorted it is a [miss](brewster_geometry::Hit::is_miss) with the distance, and the
+    /// medium's row of the dielectrics in the place of the primitive.
+    pub struct Scattering => ScatteringColumns, ScatteringsView, ScatteringsViewMut {
+        /// The ray's row among those traced.
+        pub ray: u32,
+        /// The medium.
+        pub medium: Medium,
+        /// Where.
+        pub position: Vec3,
+    }
+}
+
+/// Rays that media scatter.
+pub type ScatteringQueue = ScatteringColumns;
 
 impl SurfaceHit {
     /// Where textures are looked up.

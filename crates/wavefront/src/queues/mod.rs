@@ -5,9 +5,10 @@
 //! | --- | --- | --- | --- |
 //! | [`PrimaryQueue`] | `generate` | `trace`, depth 0 | 62 |
 //! | [`ReflectionQueue`] | `shade_metal`, `shade_dielectric`, `scatter_*` | `trace`, one depth on | 62 |
-//! | [`TransmissionQueue`] | `shade_dielectric`, `scatter_dielectric`; `cross` at the same depth | `trace`, one depth on | 62 |
+//! | [`TransmissionQueue`] | `shade_dielectric`, `scatter_dielectric`, `scatter_medium`; `cross` at the same depth | `trace`, one depth on | 62 |
 //! | [`HitQueue`], one a material kind | `sort` | `shade_*`, `scatter_*`, after `record` has read it at depth 0 | 64 |
 //! | [`CrossingQueue`] | `sort` | `cross` | 20 |
+//! | [`ScatteringQueue`] | `sort` | `scatter_medium`, after `record` has read it at depth 0 | 20 |
 //! | [`EscapedQueue`] | `sort` | `escape` | 4 |
 //! | [`ShadowQueue`] | `shade_*`, `scatter_*` | `shadow` | 57 |
 //! | [`ContributionQueue`] | `escape`, `shade_*`, `glow`, `shadow`; `scatter_*` what is no number | `gather` | 24 |
@@ -21,7 +22,7 @@
 //!
 //! - of rays: those of the tile's camera rays, `4 * capacity` at each depth from 1 on, `2 * capacity` at depth 0, and
 //!   `4 * capacity` for those being traced and put in order,
-//! - of each queue of hits, crossings and escaped rays: `2 * capacity`,
+//! - of each queue of hits, crossings, scatterings and escaped rays: `2 * capacity`,
 //! - of samples: as many as camera rays,
 //! - of contributions: `4 * capacity`, of shadow rays with memory to test them: `2 * capacity`.
 //!
@@ -49,8 +50,9 @@ pub use escaped::{Escaped, EscapedColumns, EscapedQueue, EscapedView, EscapedVie
 pub use hits::{
     CoatedHits, Crossing, CrossingColumns, CrossingQueue, CrossingsView, CrossingsViewMut, DielectricHits,
     EmissiveHits, HitQueue, HitsOf, LambertHits, MetalHits, OnCoated, OnDielectric, OnEmissive, OnLambert, OnMetal,
-    OnPhong, OnPrincipled, OnRoughDiffuse, PhongHits, PrincipledHits, RoughDiffuseHits, SurfaceHit, SurfaceHitColumns,
-    SurfaceHitRow, SurfaceHitRowsView, SurfaceHitRowsViewMut, SurfaceHitsView,
+    OnPhong, OnPrincipled, OnRoughDiffuse, PhongHits, PrincipledHits, RoughDiffuseHits, Scattering, ScatteringColumns,
+    ScatteringQueue, ScatteringsView, ScatteringsViewMut, SurfaceHit, SurfaceHitColumns, SurfaceHitRow,
+    SurfaceHitRowsView, SurfaceHitRowsViewMut, SurfaceHitsView,
 };
 pub use levels::{DepthQueues, Levels};
 pub use primary::PrimaryQueue;
@@ -74,6 +76,7 @@ mod tests {
             ("TransmissionQueue", rays),
             ("HitQueue", SurfaceHitColumns::BYTES_PER_ROW),
             ("CrossingQueue", CrossingQueue::BYTES_PER_ROW),
+            ("ScatteringQueue", ScatteringQueue::BYTES_PER_ROW),
             ("EscapedQueue", EscapedQueue::BYTES_PER_ROW),
             ("ShadowQueue", ShadowQueue::BYTES_PER_ROW),
             ("ContributionQueue", ContributionQueue::BYTES_PER_ROW),

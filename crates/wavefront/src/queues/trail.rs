@@ -16,6 +16,8 @@ pub enum Event {
     Spread = 3,
     /// Transmitted in one of many directions.
     SpreadThrough = 4,
+    /// Scattered by a medium.
+    Scattered = 5,
 }
 
 /// Where the light was that a path ended at.
@@ -35,7 +37,7 @@ pub enum End {
 /// The events of a path from the camera on, 3 bits each from the lowest on, and its end. The first nine are kept.
 ///
 /// It is shown as `C`, for the camera, and a letter an event: `R` mirrored, `T` refracted, `D` spread, `G` spread through (as by
-/// ground glass); a dot where more may have followed; `L` a light, `E` an emitter, `B` the background.
+/// ground glass), `V` scattered by a medium; a dot where more may have followed; `L` a light, `E` an emitter, `B` the background.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Trail(u32);
 
@@ -54,7 +56,7 @@ impl Trail {
     /// What has these [`bits`](Trail::bits); none if they are no trail's.
     pub fn from_bits(bits: u32) -> Option<Trail> {
         let code = |place: u32| bits >> (Self::BITS * place) & 7;
-        let is_known = (0..=Self::EVENTS).all(|place| code(place) <= 4);
+        let is_known = (0..Self::EVENTS).all(|place| code(place) <= 5) && code(Self::EVENTS) <= 4;
         (is_known && bits >> (Self::BITS * (Self::EVENTS + 1)) == 0).then_some(Trail(bits))
     }
 
@@ -98,7 +100,7 @@ impl fmt::Display for Trail {
         (0..Self::EVENTS)
             .map(code)
             .take_while(|&code| code > 0)
-            .try_for_each(|code| write!(f, " {}", ["R", "T", "D", "G"][code - 1]))?;
+            .try_for_each(|code| write!(f, " {}", ["R", "T", "D", "G", "V"][code - 1]))?;
         if code(Self::EVENTS - 1) > 0 {
             write!(f, " .")?;
         }
@@ -119,11 +121,12 @@ mod tests {
 
     #[test]
     fn events_are_shown_in_their_order() {
-        use Event::{Mirrored, Refracted, Spread, SpreadThrough};
-        let cases: [(&[Event], End, &str); 4] = [
+        use Event::{Mirrored, Refracted, Scattered, Spread, SpreadThrough};
+        let cases: [(&[Event], End, &str); 5] = [
             (&[], End::Emitter, "C E"),
             (&[Mirrored, Refracted, Spread], End::Light, "C R T D L"),
             (&[SpreadThrough], End::Surface, "C G"),
+            (&[Scattered, Scattered], End::Light, "C V V L"),
             (&[Refracted; 12], End::Background, "C T T T T T T T T T . B"),
         ];
         for (events, end, expected) in cases {
@@ -135,12 +138,13 @@ mod tests {
 
     #[test]
     fn the_first_event_tells_the_part() {
-        use Event::{Mirrored, Refracted, Spread, SpreadThrough};
+        use Event::{Mirrored, Refracted, Scattered, Spread, SpreadThrough};
         for (first, part) in [
             (Mirrored, Part::Reflection),
             (Spread, Part::Reflection),
             (Refracted, Part::Transmission),
             (SpreadThrough, Part::Transmission),
+            (Scattered, Part::Transmission),
         ] {
             for later in [Mirrored, Refracted] {
                 assert_eq!(trail(&[first, later]).end(End::Light).part(), part, "{first:?}");

@@ -30,5 +30,7 @@ pub(crate) fn behind(context: &Context<'_>, ray: &PathRay, crossing: &Crossing, 
     if context.albedos.is_some() {
         counts.ledger.crossed.add(ray.weight);
     }
-    PathRay { media: crossing.media, pdf: DELTA, ..ray.along(crossing.origin, ray.direction()) }
+    // It goes on at its depth, where flights have used numbers of its branch: those behind are of another, which no other ray has.
+    let branch = if context.has_fog { ray.branch.wrapping_mul(2).wrapping_add(1) } else { ray.branch };
+    PathRay { media: crossing.media, pdf: DELTA, branch, ..ray.along(crossing.origin, ray.direction()) }
 }

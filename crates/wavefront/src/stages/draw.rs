@@ -1,12 +1,12 @@
 //! Draws the random numbers of hits, and lights by them.
 
 use brewster_buffers::{LightSample, SceneBuffers};
+use brewster_geometry::SurfacePoint;
 use brewster_lanes::columns;
 use glam::{Vec2, Vec3};
 
-use super::scatter::Scatter;
 use crate::context::Context;
-use crate::queues::{HitsOf, PathRaysView, SamplesView};
+use crate::queues::{PathRaysView, SamplesView};
 use crate::random::{Decision, Sampler, Stream, StreamColumns, ones, pairs};
 
 columns! {
@@ -177,22 +177,25 @@ impl Draws {
     }
 }
 
-/// Draws all numbers that hits of one depth may ask for; those for lights only where there are any. Of kinds that ask for a light at
-/// almost every hit the lights are drawn, too.
+/// The points of hits, and when they were hit, if something moves.
+pub type Points<'a> = (&'a [SurfacePoint], &'a [f32]);
+
+/// Draws all numbers that hits of one depth may ask for, of which the rays' rows are given; those for lights only where there are any.
+/// Of hits whose points are given, with the times if something moves, lights are drawn, too.
 ///
-/// Reads: rays, hits, samples and lights. Writes: one row of numbers a hit, and its light.
-pub fn draw<Kind: Scatter>(
+/// Reads: rays, points, samples and lights. Writes: one row of numbers a hit, and its light.
+pub fn draw(
     context: &Context<'_>,
     rays: PathRaysView<'_>,
-    hits: &HitsOf<'_, Kind>,
+    (hits, points): (&[u32], Option<Points<'_>>),
     samples: SamplesView<'_>,
     depth: u32,
     draws: &mut Draws,
 ) {
-    let (level, sampler, hits) = (context.policy.level, &context.sampler, hits.columns());
+    let (level, sampler) = (context.policy.level, &context.sampler);
     let Draws { streams, numbers, lights } = draws;
     streams.clear();
-    for &ray in hits.rays() {
+    for &ray in hits {
         let ray = ray as usize;
         streams.push(samples.stream(sampler, rays.sample[ray], rays.branch[ray]));
     }
@@ -203,9 +206,9 @@ pub fn draw<Kind: Scatter>(
     if !context.scene.emitters.is_empty() {
         ones(level, sampler, streams, Decision::Light.at(depth), out.light);
         pairs(level, sampler, streams, place, out.light_x, out.light_y);
-        if Kind::ASKS_LIGHTS {
+        if let Some(points) = points {
             lights.resize(hits.len(), None);
-            context.scene.sample_lights(level, hits.points(), out.light, [out.light_x, out.light_y], lights);
+            context.scene.sample_lights(level, points, out.light, [out.light_x, out.light_y], lights);
         }
     }
     if !context.scene.background.is_black() {

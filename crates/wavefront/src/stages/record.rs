@@ -1,12 +1,13 @@
 //! Writes down what camera rays hit first.
 
 use brewster_buffers::{MaterialKind, MaterialRow};
-use brewster_film::{FilmTile, FirstHit};
+use brewster_film::{FilmTile, FirstHit, NO_ID};
+use brewster_optics::free_flight;
 use brewster_optics::fresnel::{FresnelModel, conductor_color};
 use glam::Vec3;
 
 use crate::context::Context;
-use crate::queues::{PathRaysView, SamplesView, SurfaceHit, SurfaceHitsView};
+use crate::queues::{PathRay, PathRaysView, SamplesView, Scattering, ScatteringsView, SurfaceHit, SurfaceHitsView};
 
 /// Adds depth along the view axis, normal, albedo and ids of first hits to the film.
 ///
@@ -23,6 +24,42 @@ pub fn record(
         let sample = rays.sample[hit.ray as usize] as usize;
         let first = first_hit(context, &hit, tile.keeps_parts());
         tile.add_first_hit(samples.pixel[sample], samples.number[sample], first);
+    }
+}
+
+/// The same of camera rays that media scatter: these have no ids, and a normal toward the camera.
+///
+/// Reads: rays of depth 0, their samples and scatterings. Writes: the film's layers.
+pub fn record_scatterings(
+    context: &Context<'_>,
+    rays: PathRaysView<'_>,
+    scatterings: ScatteringsView<'_>,
+    samples: SamplesView<'_>,
+    tile: &mut FilmTile<'_>,
+) {
+    for row in 0..scatterings.len() {
+        let scattering = scatterings.get(row);
+        let ray = rays.get(scattering.ray as usize);
+        let sample = ray.sample as usize;
+        let first = first_scattering(context, (&ray, &scattering, samples.time(context, ray.sample)));
+        tile.add_first_hit(samples.pixel[sample], samples.number[sample], first);
+    }
+}
+
+/// What is written down of one scattering at a moment.
+#[inline(always)]
+pub(crate) fn first_scattering(
+    context: &Context<'_>,
+    (ray, scattering, time): (&PathRay, &Scattering, f32),
+) -> FirstHit {
+    let eye = context.camera.frame(time);
+    let (media, row) = (context.scene.materials.dielectric.view(), scattering.medium.0 as usize);
+    FirstHit {
+        depth: (scattering.position - eye.position).dot(eye.forward).max(0.0),
+        normal: (-ray.direction()).to_array(),
+        albedo: free_flight::albedo(media.absorption[row], media.scattering[row]).to_array(),
+        material: NO_ID,
+        entity: NO_ID,
     }
 }
 

@@ -4,6 +4,7 @@ use brewster_buffers::MaterialKind;
 use brewster_geometry::{Hit, HitColumns, closest_hits_by, occluded_by, offset_origin, surface};
 use glam::Vec3;
 
+use super::fly::{behind_bare, is_bare};
 use super::scatter::straight;
 use crate::context::Context;
 use crate::media::{MediaStacks, Medium};
@@ -55,7 +56,7 @@ pub fn shadow(
         counts.shadow_segments += queue.len() as u64;
         count_rays(queue, &mut samples);
         scratch.next.clear();
-        if context.has_veils || context.has_sheets {
+        if context.has_veils || context.has_sheets || context.has_fog {
             scratch.next.reserve(queue.capacity());
         }
         let view = queue.view();
@@ -72,7 +73,7 @@ pub fn shadow(
             }
         }
         queue.clear();
-        // What is in the way may be a veil or a sheet: that is found out one surface after the other.
+        // What is in the way may be a veil, a sheet or no surface at all: that is found out one surface after the other.
         if !scratch.next.is_empty() {
             std::mem::swap(queue, &mut scratch.next);
         }
@@ -99,10 +100,10 @@ pub(crate) fn reached(context: &Context<'_>, ray: &ShadowRay, stacks: &MediaStac
     Contribution { radiance, sample: ray.sample, trail: ray.trail.end(End::Light), instance: ray.instance }
 }
 
-/// Whether what is in a ray's way may be a veil or a sheet.
+/// Whether what is in a ray's way may be a veil, a sheet or a boundary without a surface.
 #[inline(always)]
 pub(crate) fn may_go_on(context: &Context<'_>, ray: &ShadowRay) -> bool {
-    context.has_veils || (context.has_sheets && ray.passes_sheets)
+    context.has_veils || context.has_fog || (context.has_sheets && ray.passes_sheets)
 }
 
 /// Follows each ray to the next surface.
@@ -142,8 +143,8 @@ pub(crate) enum Met {
     Blocked,
 }
 
-/// Follows a ray to what it hits when it looks: past a surface that is partly absent weakened by the part that is there, through a sheet or a
-/// dielectric, where it may, weakened by what that does not let pass, to its light, or not at all. Factors multiply in the order
+/// Follows a ray to what it hits when it looks: past a surface that is partly absent weakened by the part that is there, past a boundary
+/// without a surface, through a sheet or a dielectric, where it may, weakened by what that does not let pass, to its light, or not at all. Factors multiply in the order
 /// of the hits.
 #[inline(always)]
 pub(crate) fn meet(context: &Context<'_>, ray: &ShadowRay, (hit, time): (&Hit, f32), stacks: &mut MediaStacks) -> Met {
@@ -160,13 +161,19 @@ pub(crate) fn meet(context: &Context<'_>, ray: &ShadowRay, (hit, time): (&Hit, f
     let is_veil = scene.is_veiled(id);
     let is_clear = scene.settings.transparent_shadows && material.kind == MaterialKind::Dielectric;
     let is_sheet = context.has_sheets && ray.passes_sheets;
-    if !(is_veil || is_clear || is_sheet) {
+    let is_bare = is_bare(context, material);
+    if !(is_veil || is_clear || is_sheet || is_bare) {
         return Met::Blocked;
     }
     let point = surface(&context.geometry, &ray.ray(time), hit);
     let direction = ray.direction();
     let mut behind = ray.media;
-    if is_veil || is_sheet {
+    if is_bare {
+        match behind_bare(context, ray.media, material, (direction, &point), stacks) {
+            Some(media) => behind = media,
+            None => return Met::Blocked,
+        }
+    } else if is_veil || is_sheet {
         let there = if is_veil {
             scene.coverage(id, &context.seen(point.place(hit.instance, hit.primitive, time)))
         } else {

@@ -1,14 +1,14 @@
 //! Parts hits by kind of material, and those that escaped.
 
-use brewster_buffers::{DetailId, MaterialKind, Mix};
-use brewster_geometry::{Hit, HitsView, Ray, Rays, SurfacePlace, SurfacePoint, offset_origin, surfaces};
+use brewster_buffers::{DetailId, MaterialKind, Mix, SeenPlace};
+use brewster_geometry::{Hit, HitsView, MISS, Ray, Rays, SurfacePoint, offset_origin, surfaces};
 
 use crate::context::Context;
 use crate::media::{MediaStacks, Medium};
 use crate::queues::{
     CoatedHits, Crossing, CrossingQueue, DielectricHits, EmissiveHits, Escaped, EscapedQueue, LambertHits, MetalHits,
-    PathRay, PathRaysView, PhongHits, PrincipledHits, RoughDiffuseHits, SamplesView, SurfaceHit, SurfaceHitColumns,
-    SurfaceHitsView,
+    PathRay, PathRaysView, PhongHits, PrincipledHits, RoughDiffuseHits, SamplesView, Scattering, ScatteringQueue,
+    SurfaceHit, SurfaceHitColumns, SurfaceHitsView,
 };
 use crate::random::{Decision, Stream};
 use crate::stats::Counts;
@@ -20,6 +20,8 @@ pub struct SortedHits {
     pub escaped: EscapedQueue,
     /// Rays that met a boundary that is none.
     pub crossings: CrossingQueue,
+    /// Rays that media scattered.
+    pub scatterings: ScatteringQueue,
     /// Hits on Phong materials.
     pub phong: PhongHits,
     /// Hits on Lambert materials.
@@ -43,6 +45,7 @@ impl SortedHits {
     pub fn clear(&mut self, moves: bool) {
         self.escaped.clear();
         self.crossings.clear();
+        self.scatterings.clear();
         self.phong.clear(moves);
         self.lambert.clear(moves);
         self.rough_diffuse.clear(moves);
@@ -78,6 +81,7 @@ impl SortedHits {
         kinds * SurfaceHitColumns::BYTES_PER_ROW
             + self.escaped.capacity() * EscapedQueue::BYTES_PER_ROW
             + self.crossings.capacity() * CrossingQueue::BYTES_PER_ROW
+            + self.scatterings.capacity() * ScatteringQueue::BYTES_PER_ROW
     }
 
     /// Hits on surfaces.
@@ -143,6 +147,10 @@ pub fn sort(
                 sorted.crossings.push(crossing);
                 continue;
             }
+            Arrival::Medium(scattering) => {
+                sorted.scatterings.push(scattering);
+                continue;
+            }
             Arrival::Surface(kind, hit) => (kind, hit),
         };
         match kind {
@@ -159,6 +167,7 @@ pub fn sort(
     }
     counts.escaped += sorted.escaped.len() as u64;
     counts.crossings += sorted.crossings.len() as u64;
+    counts.scatterings += sorted.scatterings.len() as u64;
     counts.hits += sorted.hits() as u64;
 }
 
@@ -171,6 +180,8 @@ pub(crate) enum Arrival {
     Nothing,
     /// A boundary that is none.
     NoBoundary(Crossing),
+    /// Nothing but a medium, which scattered it.
+    Medium(Scattering),
     /// A surface of a kind.
     Surface(MaterialKind, SurfaceHit),
 }
@@ -186,7 +197,11 @@ pub(crate) fn arrive(
     stacks: &mut MediaStacks,
 ) -> Arrival {
     if hit.is_miss() {
-        return Arrival::Nothing;
+        if hit.primitive == MISS {
+            return Arrival::Nothing;
+        }
+        let (medium, position) = (Medium(hit.primitive), ray.ray(time).at(hit.t));
+        return Arrival::Medium(Scattering { ray: row, medium, position });
     }
     let scene = context.scene;
     let material = scene.instances.view().material[hit.instance as usize];
@@ -214,7 +229,7 @@ pub(crate) fn arrive(
 }
 
 /// The material of a mix that a ray meets, its kind and row: one of both by a number, at every level of mixes in mixes by another.
-fn resolve(context: &Context<'_>, stream: Stream, depth: u32, mix: u32, place: &SurfacePlace) -> (MaterialKind, u32) {
+fn resolve(context: &Context<'_>, stream: Stream, depth: u32, mix: u32, place: &SeenPlace) -> (MaterialKind, u32) {
     let (mut met, mut level) = ((MaterialKind::Mix, mix), 0);
     while met.0 == MaterialKind::Mix {
         let Mix { a, b, by } = context.scene.materials.mix.get(met.1 as usize);

@@ -70,6 +70,11 @@ pub enum Material {
         exponent: f32,
         /// Beer-Lambert coefficient of the inside, per meter, zero or more.
         absorption: Vec3,
+        /// What the inside scatters.
+        scattering: Scattering,
+        /// Whether there is no surface where the index is the same on both sides, but only what fills it: fog, smoke. Without films,
+        /// dispersion and [`Detail`](super::Detail).
+        bare: bool,
         /// Where media overlap the highest priority fills the place; at equal priority the one entered last.
         priority: i32,
         /// GGX width, 0 (smooth) to 1.
@@ -161,6 +166,20 @@ pub struct Principled {
     pub unlit: bool,
 }
 
+/// How a medium scatters light.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Scattering {
+    /// How much, per meter, zero or more.
+    pub coefficient: Vec3,
+    /// The mean cosine of the angle by which light is turned, between -1 (back) and 1 (forward), by Henyey and Greenstein.
+    pub anisotropy: f32,
+}
+
+impl Scattering {
+    /// Of what is clear.
+    pub const NONE: Scattering = Scattering { coefficient: Vec3::ZERO, anisotropy: 0.0 };
+}
+
 /// The direction in which facets are wider.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Anisotropy {
@@ -179,6 +198,11 @@ pub struct Volume {
     pub attenuation_color: Vec3,
     /// In meters, above zero; infinite where nothing is absorbed.
     pub attenuation_distance: f32,
+    /// The color that the inside looks of after many scatterings, 0 to 1: the part of the attenuation that is scattered follows
+    /// from it. Black scatters nothing.
+    pub multiscatter_color: Vec3,
+    /// As [`Scattering::anisotropy`].
+    pub anisotropy: f32,
     /// Where media overlap the highest priority fills the place; at equal priority the one entered last.
     pub priority: i32,
 }
@@ -336,6 +360,12 @@ impl Default for Principled {
 impl Default for Volume {
     /// glTF's defaults: nothing is absorbed.
     fn default() -> Volume {
-        Volume { attenuation_color: Vec3::ONE, attenuation_distance: f32::INFINITY, priority: 0 }
+        Volume {
+            attenuation_color: Vec3::ONE,
+            attenuation_distance: f32::INFINITY,
+            multiscatter_color: Vec3::ZERO,
+            anisotropy: 0.0,
+            priority: 0,
+        }
     }
 }

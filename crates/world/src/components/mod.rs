@@ -13,7 +13,9 @@ mod transform;
 pub use camera::{Camera, Lens, Projection};
 pub use detail::{Detail, NormalMap, Opacity};
 pub use light::{Falloff, Light};
-pub use material::{Anisotropy, Color, Iridescence, Material, Principled, Reflectance, Scalar, UsesMaterial, Volume};
+pub use material::{
+    Anisotropy, Color, Iridescence, Material, Principled, Reflectance, Scalar, Scattering, UsesMaterial, Volume,
+};
 pub use motion::Motion;
 pub use settings::{Background, Settings};
 pub use shape::{Shape, UsesShape};

@@ -22,7 +22,7 @@ use super::report::{FlattenReport, Problem};
 use super::rows::Rows;
 use super::textures::{self, TextureWriter};
 use super::{Buffers, Edits};
-use crate::components::{Color, Detail, Material, Reflectance, SceneKey};
+use crate::components::{Color, Detail, Material, Reflectance, Scattering, SceneKey};
 use crate::systems::{Watch, for_each_changed};
 
 /// Which entity has which material.
@@ -50,7 +50,8 @@ impl MaterialIndex {
             && kind(material) == before.kind
             && count_textures(material) == textures
             && second_kind(material) == materials.second(before).map(|(kind, _)| kind)
-            && check(material).is_ok();
+            && check(material).is_ok()
+            && !(before.detail != DetailId::NONE && matches!(material, Material::Dielectric { bare: true, .. }));
         keeps.then_some(row)
     }
 }
@@ -122,7 +123,7 @@ pub(super) fn regroup_materials(
     let mut writer = TextureWriter::new(&mut buffers.textures.rows, 0);
     let mut detailed: Vec<(usize, &Detail)> = Vec::new();
     for (owner, material, detail) in sorted {
-        let sound = check(material).and_then(|()| detail.map_or(Ok(()), details::check));
+        let sound = check(material).and_then(|()| detail.map_or(Ok(()), |detail| check_detail(material, detail)));
         let sound = sound.map_err(Problem::Material).and_then(|()| owner.check_after(owners.last()));
         if let Err(problem) = sound {
             index.directory.invalid.insert(owner.entity, problem);
@@ -285,11 +286,13 @@ fn put(
         }
         #[rustfmt::skip]
         &Material::Dielectric {
-            ior, dispersion, fresnel, ref specular, exponent, absorption, priority, alpha, film, thin,
+            ior, dispersion, fresnel, ref specular, exponent, absorption, scattering, bare, priority, alpha, film, thin,
         } => {
             let specular = source(specular);
+            let Scattering { coefficient: scattering, anisotropy } = scattering;
             materials.dielectric.put(row, buffers::Dielectric {
-                ior, dispersion, fresnel, specular, exponent, absorption, priority, alpha, film, thin,
+                ior, dispersion, fresnel, specular, exponent, absorption, scattering, anisotropy, bare, priority, alpha, film,
+                thin,
             })
         }
         &Material::Emissive { ref radiance, two_sided } => {
@@ -387,10 +390,33 @@ fn check(material: &Material) -> Result<(), &'static str> {
         Material::Dielectric { dispersion: Some(dispersion), thin, .. } => dispersion.is_sound() && !thin,
         _ => true,
     };
+    let medium_is_sound = match *material {
+        Material::Dielectric { scattering: Scattering { coefficient, anisotropy }, thin, .. } => {
+            let scatters = coefficient.is_finite() && coefficient.min_element() >= 0.0;
+            scatters && is_between(anisotropy) && !(thin && coefficient != Vec3::ZERO)
+        }
+        _ => true,
+    };
+    let is_bare = match *material {
+        Material::Dielectric { bare: true, dispersion, film, thin, .. } => {
+            dispersion.is_none() && film.is_none() && !thin
+        }
+        _ => true,
+    };
+    let media = [(medium_is_sound, SCATTERING), (is_bare, BARE)];
     rules
         .into_iter()
         .chain([(film_is_sound, FILM), (dispersion_is_sound, DISPERSION)])
+        .chain(media)
         .try_for_each(|(holds, rule)| if holds { Ok(()) } else { Err(rule) })
+}
+
+/// Checks a detail of a material.
+fn check_detail(material: &Material, detail: &Detail) -> Result<(), &'static str> {
+    if matches!(material, Material::Dielectric { bare: true, .. }) {
+        return Err("what has no surface has no details");
+    }
+    details::check(detail)
 }
 
 /// Checks a mix and what it is of.
@@ -457,7 +483,14 @@ const EXPONENT: &str = "an exponent must be at least 0";
 const FILM: &str = "a film must be at most 100000 nm thick, of an index of at least 1, and the Fresnel model Exact";
 const DISPERSION: &str =
     "dispersion must be finite, without a resonance in the visible range, and not that of a thin sheet";
+const SCATTERING: &str = "scattering must be at least 0, its anisotropy between -1 and 1, and not that of a thin sheet";
+const BARE: &str = "what has no surface has no film, no dispersion, and is no thin sheet";
 const ALPHA: &str = "a GGX width alpha must be 0 to 1";
+
+/// Whether a mean cosine is one of light that is neither all turned back nor all let on.
+pub(super) fn is_between(anisotropy: f32) -> bool {
+    -1.0 < anisotropy && anisotropy < 1.0
+}
 
 fn is_part(value: f32) -> bool {
     (0.0..=1.0).contains(&value)

@@ -3,11 +3,12 @@
 use brewster_buffers as buffers;
 use brewster_buffers::{ColorSource, Materials};
 use brewster_lanes::math;
-use brewster_optics::absorption;
 use brewster_optics::dispersion::{Cauchy, DispersiveIndex};
 use brewster_optics::fresnel::FresnelModel;
+use brewster_optics::{absorption, free_flight};
 use glam::{Vec2, Vec3};
 
+use super::materials::is_between;
 use super::rows::Rows;
 use super::textures::{self, TextureWriter};
 use crate::components::{Color, Principled, Scalar, Volume};
@@ -109,14 +110,23 @@ pub(super) fn put(
 
 /// What fills a volume. Its surface is the principled material's: nothing is read here but the medium.
 fn filling(principled: &Principled, volume: &Volume) -> buffers::Dielectric {
+    let extinction =
+        absorption::from_color(volume.attenuation_color, volume.attenuation_distance).expect("a checked volume");
+    // KHR_materials_volume_scatter: what is attenuated is absorbed or scattered.
+    let scattering = match volume.multiscatter_color {
+        Vec3::ZERO => Vec3::ZERO,
+        color => extinction * free_flight::albedo_of_color(color),
+    };
     buffers::Dielectric {
         ior: principled.ior,
         dispersion: dispersion(principled),
         fresnel: FresnelModel::Exact,
         specular: ColorSource::constant(Vec3::ZERO),
         exponent: 0.0,
-        absorption: absorption::from_color(volume.attenuation_color, volume.attenuation_distance)
-            .expect("a checked volume"),
+        absorption: extinction - scattering,
+        scattering,
+        anisotropy: volume.anisotropy,
+        bare: false,
         priority: volume.priority,
         alpha: 0.0,
         film: None,
@@ -145,6 +155,8 @@ pub(super) fn check(principled: &Principled) -> Result<(), &'static str> {
     let volume = principled.volume.as_ref().is_none_or(|volume| {
         absorption::from_color(volume.attenuation_color, volume.attenuation_distance)
             .is_ok_and(|absorption| absorption.is_finite())
+            && volume.multiscatter_color.to_array().into_iter().all(is_part)
+            && is_between(volume.anisotropy)
     });
     let rules = [
         (scalars.iter().all(|scalar| is_part(scalar.factor)), "a principled factor must be 0 to 1"),
@@ -155,7 +167,7 @@ pub(super) fn check(principled: &Principled) -> Result<(), &'static str> {
             principled.clearcoat_normal.as_ref().is_none_or(|map| map.scale.is_finite()),
             "the scale of a normal map must be finite",
         ),
-        (volume, "an attenuation color must be 0 to 1, its distance above 0"),
+        (volume, "a volume's colors must be 0 to 1, its distance above 0, its anisotropy between -1 and 1"),
         (
             is_index(film.ior) && film.thickness.into_iter().all(|thickness| (0.0..=1e5).contains(&thickness)),
             "an iridescent film must be at most 100000 nm thick, of an index of at least 1",

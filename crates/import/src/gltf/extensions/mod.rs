@@ -1,6 +1,7 @@
 //! Extensions: which there are, and a file for each that is more than a line. What they hold is read from the file's own JSON,
 //! one way for all.
 
+pub(super) mod ext_lights_image_based;
 pub(super) mod ext_mesh_gpu_instancing;
 pub(super) mod khr_draco_mesh_compression;
 pub(super) mod khr_lights_punctual;
@@ -18,6 +19,7 @@ pub(super) mod khr_materials_transmission;
 pub(super) mod khr_materials_unlit;
 pub(super) mod khr_materials_variants;
 pub(super) mod khr_materials_volume;
+pub(super) mod khr_materials_volume_scatter;
 pub(super) mod khr_node_visibility;
 pub(super) mod meshopt;
 
@@ -30,6 +32,10 @@ use crate::diagnostics::{Code, Diagnostic, Severity};
 
 /// The extensions that are read, and what is done with each.
 const READ: &[(&str, &str)] = &[
+    (
+        "EXT_lights_image_based",
+        "the cube of mirrors' pictures is the sky that lights the scene; in a part of another scene nothing",
+    ),
     ("EXT_mesh_gpu_instancing", "every instance is an entity that shares its mesh"),
     ("EXT_meshopt_compression", "decoded"),
     ("EXT_texture_webp", "decoded"),
@@ -53,7 +59,7 @@ const READ: &[(&str, &str)] = &[
         "KHR_materials_volume",
         "rendered: light is traced through the inside, so that thickness only says that there is one",
     ),
-    ("KHR_materials_volume_scatter", "left out: light passes through the inside without being scattered"),
+    ("KHR_materials_volume_scatter", "rendered: paths are scattered inside, as often as it takes"),
     ("KHR_mesh_quantization", "decoded"),
     ("KHR_meshopt_compression", "decoded"),
     ("KHR_node_visibility", "hidden nodes are left out, with all below them"),

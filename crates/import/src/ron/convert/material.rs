@@ -24,6 +24,10 @@ pub(crate) fn material(
     match &material.value {
         detailed @ schema::Material::Detailed { of, .. } => {
             let detail = detail(session, detailed)?;
+            if matches!(of.value, schema::Material::Medium { .. }) {
+                session.error(Code::Conflict, of.span, "a medium without a surface has no details");
+                return None;
+            }
             Some((plain(session, of)?, Some(detail)))
         }
         _ => Some((plain(session, material)?, None)),
@@ -95,6 +99,7 @@ fn bare(session: &mut Session, material: &schema::Material, span: Span) -> Optio
             }
         }
         dielectric @ schema::Material::Dielectric { .. } => self::dielectric(session, dielectric, span)?,
+        medium @ schema::Material::Medium { .. } => self::medium(medium)?,
         principled @ schema::Material::Principled { .. } => {
             world::Material::Principled(Box::new(self::principled(session, principled, span)?))
         }
@@ -153,6 +158,12 @@ fn not_rendered(integrator: Integrator, material: &world::Material) -> Option<&'
         (Integrator::Whitted, world::Material::Metal { alpha, .. }) if *alpha > 0.0 => Some("rough metals"),
         (Integrator::Whitted, world::Material::Dielectric { alpha, .. }) if *alpha > 0.0 => Some("rough dielectrics"),
         (Integrator::Whitted, world::Material::Dielectric { thin: true, .. }) => Some("thin dielectrics"),
+        (Integrator::Whitted, world::Material::Dielectric { bare: true, .. }) => Some("media without a surface"),
+        (Integrator::Whitted, world::Material::Dielectric { scattering, .. })
+            if scattering.coefficient != Vec3::ZERO =>
+        {
+            Some("media that scatter")
+        }
         (
             Integrator::Whitted,
             world::Material::Metal { film: Some(_), .. } | world::Material::Dielectric { film: Some(_), .. },
@@ -177,6 +188,8 @@ fn dielectric(session: &mut Session, material: &schema::Material, span: Span) ->
         specular,
         exponent,
         absorption,
+        scattering,
+        anisotropy,
         priority,
     } = material
     else {
@@ -188,6 +201,9 @@ fn dielectric(session: &mut Session, material: &schema::Material, span: Span) ->
     }
     if *thin && absorption.0 != Vec3::ZERO {
         session.error(Code::Conflict, span, "a thin sheet has no inside: `absorption` does not go with `thin`");
+    }
+    if *thin && scattering.0 != Vec3::ZERO {
+        session.error(Code::Conflict, span, "a thin sheet has no inside: `scattering` does not go with `thin`");
     }
     if *thin && dispersion.is_some() {
         session.error(
@@ -206,9 +222,30 @@ fn dielectric(session: &mut Session, material: &schema::Material, span: Span) ->
         specular: paint(session, specular)?,
         exponent: *exponent,
         absorption: absorption.0,
+        scattering: world::Scattering { coefficient: scattering.0, anisotropy: *anisotropy },
+        bare: false,
         priority: *priority,
         alpha,
         thin: *thin,
+    })
+}
+
+/// What fills a shape without a surface: a dielectric whose surface is that of its index alone.
+fn medium(material: &schema::Material) -> Option<world::Material> {
+    let &schema::Material::Medium { absorption, scattering, anisotropy, ior, priority } = material else { return None };
+    Some(world::Material::Dielectric {
+        ior,
+        dispersion: None,
+        fresnel: FresnelModel::Exact,
+        specular: world::Color::WHITE,
+        exponent: 100.0,
+        absorption: absorption.0,
+        scattering: world::Scattering { coefficient: scattering.0, anisotropy },
+        bare: true,
+        priority,
+        alpha: 0.0,
+        film: None,
+        thin: false,
     })
 }
 

@@ -63,6 +63,8 @@ pub(super) fn principled(session: &mut Session, material: &schema::Material, spa
         volume: volume.as_ref().map(|volume| world::Volume {
             attenuation_color: volume.color.0,
             attenuation_distance: volume.distance,
+            multiscatter_color: volume.multiscatter.0,
+            anisotropy: volume.anisotropy,
             priority: volume.priority,
         }),
         iridescence: match iridescence {

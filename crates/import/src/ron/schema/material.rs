@@ -11,6 +11,7 @@ use crate::ron::values::{Rgb, Spanned};
 use crate::source::Span;
 
 const ZERO_TO_ONE: Range = Range { text: "0 to 1", admits: |x| (0.0..=1.0).contains(&x) };
+const COSINE: Range = Range { text: "above -1 and below 1", admits: |x| -1.0 < x && x < 1.0 };
 const BELOW_ONE: Range = Range { text: "0 or more, below 1", admits: |x| (0.0..1.0).contains(&x) };
 const FILM: Range = Range { text: "0 to 100000", admits: |x| (0.0..=1e5).contains(&x) };
 
@@ -101,6 +102,25 @@ schema! {
             exponent: f32 where ZERO_OR_MORE = "100" => "300",
             /// What the inside takes away, after Beer and Lambert.
             absorption: Rgb as "1/m" where ZERO_OR_MORE = "0" => "(0.1, 0.02, 0.05)",
+            /// What the inside scatters: milk, wax, cloudy ice. For `Path`.
+            scattering: Rgb as "1/m" where ZERO_OR_MORE = "0" => "(20, 22, 25)",
+            /// Where it scatters to, as the mean cosine: 0 everywhere alike, toward 1 on, toward -1 back.
+            anisotropy: f32 where COSINE = "0" => "0.8",
+            /// Where solids overlap the highest counts; at equal priority the one entered last.
+            priority: i32 = "0" => "1",
+        },
+        /// What fills a closed shape that has no surface: fog, smoke, a beam's haze. Light goes straight in and out, toward lights, too.
+        /// For `Path`.
+        Medium {
+            /// What it takes away, after Beer and Lambert.
+            absorption: Rgb as "1/m" where ZERO_OR_MORE = "0" => "(0.1, 0.02, 0.05)",
+            /// What it scatters.
+            scattering: Rgb as "1/m" where ZERO_OR_MORE = "0" => "0.2",
+            /// Where it scatters to, as the mean cosine: 0 everywhere alike, toward 1 on, toward -1 back.
+            anisotropy: f32 where COSINE = "0" => "0.6",
+            /// Index of refraction. Where it is not that of the other side, there is a smooth surface: that of a medium in
+            /// water is water's.
+            ior: f32 where ONE_OR_MORE = "1" => "1.333",
             /// Where solids overlap the highest counts; at equal priority the one entered last.
             priority: i32 = "0" => "1",
         },
@@ -215,6 +235,11 @@ schema! {
         color: Rgb where ZERO_TO_ONE = "1" => "(0.5, 0.9, 0.6)",
         /// The distance.
         distance: f32 as "m" where ABOVE_ZERO = "1" => "0.1",
+        /// The color that a large body has whose light is scattered many times: it says which part of what `color` loses is scattered
+        /// and not absorbed. Black scatters nothing.
+        multiscatter: Rgb where ZERO_TO_ONE = "0" => "(0.8, 0.5, 0.4)",
+        /// Where it scatters to, as the mean cosine: 0 everywhere alike, toward 1 on, toward -1 back.
+        anisotropy: f32 where COSINE = "0" => "0.3",
         /// Abbe's number, which says how much colors fan out: the smaller, the more.
         abbe: Option<f32> where ABOVE_ZERO => "30",
         /// Where solids overlap the highest counts; at equal priority the one entered last.

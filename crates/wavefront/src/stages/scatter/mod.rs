@@ -5,6 +5,7 @@
 mod coated;
 mod dielectric;
 mod lambert;
+mod medium;
 mod metal;
 mod principled;
 mod rough_diffuse;
@@ -18,8 +19,10 @@ use brewster_optics::dispersion::PathWavelength;
 use brewster_optics::lobe::{DELTA, LobeSample, LobeSplit, LobeValue, power_heuristic};
 use glam::{Vec2, Vec3};
 
+pub(crate) use self::medium::scatter_in_medium;
+pub use self::medium::scatter_medium;
 use super::shade::facing_normals;
-use super::{DrawsView, Numbers, Outlet, Queues};
+use super::{DrawsView, Numbers, Outlet, Points, Queues};
 use crate::albedo::Albedos;
 use crate::context::Context;
 use crate::ledger::Ledger;
@@ -155,6 +158,11 @@ pub fn scatter<Kind: Scatter>(
         let arrived = (ray, hit, onward.depth);
         scatter_at::<Kind>(context, arrived, draws.get(row), first, &mut onward.queues, onward.stacks, counts);
     }
+}
+
+/// The points of hits that lights are drawn for beforehand: of kinds that almost always ask for one.
+pub(crate) fn lit<'a, Kind: Scatter>(hits: &HitsOf<'a, Kind>) -> Option<Points<'a>> {
+    Kind::ASKS_LIGHTS.then(|| hits.columns().points())
 }
 
 /// Notes a ray that ends at the maximum depth.
@@ -401,23 +409,7 @@ impl<N: Numbers> Arrival<'_, N> {
             }
             return scattered;
         }
-        let mut weight = scattered;
-        if largest < ROULETTE_WEIGHT && self.context.scene.settings.roulette {
-            let survival = largest / ROULETTE_WEIGHT;
-            if self.numbers.roulette() >= survival {
-                counts.given_up += 1;
-                if ledger {
-                    counts.ledger.roulette_removed.add(scattered);
-                }
-                return scattered;
-            }
-            weight /= survival;
-        }
-        if ledger {
-            counts.ledger.onward.add(weight);
-            counts.ledger.roulette_added.add(weight);
-            counts.ledger.roulette_added.take(scattered);
-        }
+        let Some(weight) = survive(self.context, scattered, &self.numbers, counts) else { return scattered };
         let origin = self.origin(direction);
         let ray = self.ray.along(origin, direction);
         let event = match (sample.is_transmission(), sample.pdf == DELTA) {
@@ -494,6 +486,29 @@ impl<N: Numbers> Arrival<'_, N> {
     fn media_of(&self, direction: Vec3) -> MediaId {
         self.media[usize::from(direction.dot(self.geometric) < 0.0)]
     }
+}
+
+/// What a path weighs that goes on; of those whose weight has become small some are given up, and the others weigh more.
+#[inline(always)]
+fn survive(context: &Context<'_>, scattered: Vec3, numbers: &impl Numbers, counts: &mut Counts) -> Option<Vec3> {
+    let (mut weight, largest, ledger) = (scattered, scattered.max_element(), context.albedos.is_some());
+    if largest < ROULETTE_WEIGHT && context.scene.settings.roulette {
+        let survival = largest / ROULETTE_WEIGHT;
+        if numbers.roulette() >= survival {
+            counts.given_up += 1;
+            if ledger {
+                counts.ledger.roulette_removed.add(scattered);
+            }
+            return None;
+        }
+        weight /= survival;
+    }
+    if ledger {
+        counts.ledger.onward.add(weight);
+        counts.ledger.roulette_added.add(weight);
+        counts.ledger.roulette_added.take(scattered);
+    }
+    Some(weight)
 }
 
 /// Shadow rays that a hit sends at most: toward a light and toward the background.
@@ -623,7 +638,7 @@ mod tests {
         };
         let mut counts = Counts::default();
         let mut draws = Draws::default();
-        draw(&context, rays.view(), &hits.view(), samples.view(), 0, &mut draws);
+        draw(&context, rays.view(), (hits.view().columns().rays(), None), samples.view(), 0, &mut draws);
         scatter(&context, rays.view(), &hits.view(), draws.view(), samples.view(), &mut onward, &mut counts);
         (counts, contributions)
     }

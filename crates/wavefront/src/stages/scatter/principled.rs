@@ -1,6 +1,6 @@
 //! Scattering by principled materials.
 
-use brewster_buffers::{self as buffers, TextureId};
+use brewster_buffers::{self as buffers, SeenPlace, TextureId};
 use brewster_optics::basis::Basis;
 use brewster_optics::lobe::{LobeSample, LobeSplit, LobeValue};
 use brewster_optics::microfacet::Ggx;
@@ -37,7 +37,7 @@ impl Scatter for OnPrincipled {
             let roughness = part(source);
             roughness * roughness
         };
-        let (facets, direction) = facets(context, hit, sides.normal, &material, alpha(material.roughness));
+        let (facets, direction) = facets(context, (hit, place), sides.normal, &material, alpha(material.roughness));
         let (iridescence, thickness) = if material.iridescence.is_zero() {
             (0.0, 0.0)
         } else {
@@ -55,7 +55,7 @@ impl Scatter for OnPrincipled {
             specular_color: color(material.specular_color),
             clearcoat: part(material.clearcoat),
             clearcoat_facets: Ggx::isotropic(alpha(material.clearcoat_roughness)),
-            clearcoat_normal: clearcoat_normal(context, hit, sides.normal, &material),
+            clearcoat_normal: clearcoat_normal(context, (hit, place), sides.normal, &material),
             sheen_color: color(material.sheen_color).min(Vec3::ONE),
             sheen_alpha: alpha(material.sheen_roughness),
             transmission: part(material.transmission),
@@ -79,7 +79,7 @@ impl Scatter for OnPrincipled {
 #[inline(always)]
 fn facets(
     context: &Context<'_>,
-    hit: &SurfaceHit,
+    (hit, place): (&SurfaceHit, &SeenPlace),
     normal: Vec3,
     material: &buffers::Principled,
     alpha: f32,
@@ -89,13 +89,12 @@ fn facets(
     }
     let (mut strength, mut direction) = (material.anisotropy, material.anisotropy_direction);
     if material.anisotropy_texture != TextureId::NONE {
-        let texel = context.scene.texture(material.anisotropy_texture, &context.seen(hit.place()));
+        let texel = context.scene.texture(material.anisotropy_texture, place);
         direction = direction.rotate(2.0 * texel.truncate().truncate() - Vec2::ONE);
         strength *= texel.z;
     }
     let facets = Ggx::anisotropic(alpha + (1.0 - alpha) * strength * strength, alpha);
-    let [tangent, bitangent] =
-        context.scene.tangents(material.anisotropy_texture, &context.seen(hit.place()), hit.point.shading_normal);
+    let [tangent, bitangent] = context.scene.tangents(material.anisotropy_texture, place, hit.point.shading_normal);
     let (world, frame) = (tangent * direction.x + bitangent * direction.y, Basis::around(normal));
     let local = frame.to_local(world).truncate();
     let length = local.length();
@@ -104,11 +103,16 @@ fn facets(
 
 /// KHR_materials_clearcoat: the coat follows its own map of normals and no other; in the frame around the normal.
 #[inline(always)]
-fn clearcoat_normal(context: &Context<'_>, hit: &SurfaceHit, normal: Vec3, material: &buffers::Principled) -> Vec3 {
+fn clearcoat_normal(
+    context: &Context<'_>,
+    (hit, place): (&SurfaceHit, &SeenPlace),
+    normal: Vec3,
+    material: &buffers::Principled,
+) -> Vec3 {
     if material.clearcoat.is_zero() {
         return Vec3::Z;
     }
-    let (scene, place) = (context.scene, &context.seen(hit.place()));
+    let scene = context.scene;
     let upright = context.geometry.vertex_normal(place).unwrap_or(hit.point.geometric_normal);
     let bent = match material.clearcoat_normal {
         TextureId::NONE => upright,

@@ -1,0 +1,80 @@
+//! A model that is stored in another way is the same model, to the bit: quantized or plain, its picture as WebP or as PNG.
+
+use std::io::Cursor;
+
+use brewster_buffers::SceneBuffers;
+use glam::Vec3;
+use image::{ImageFormat, Rgb, RgbImage};
+use serde_json::json;
+
+use crate::gltf_model::{Model, Triangles, cuboid};
+use crate::scene::render;
+
+/// A picture of squares in some colors.
+fn picture(format: ImageFormat) -> Vec<u8> {
+    let picture = RgbImage::from_fn(32, 16, |x, y| Rgb([(x / 4 * 30) as u8, (y / 4 * 80) as u8, 40]));
+    let mut bytes = Vec::new();
+    picture.write_to(&mut Cursor::new(&mut bytes), format).expect("a picture");
+    bytes
+}
+
+/// A box that wears it and stands askew, under a lamp.
+fn model(format: ImageFormat, add_mesh: impl FnOnce(&mut Model, &Triangles, usize) -> usize) -> SceneBuffers {
+    let mut model = Model::new();
+    let view = model.view(&picture(format));
+    model.add("images", json!({"bufferView": view, "mimeType": format.to_mime_type()}));
+    model.add(
+        "textures",
+        match format {
+            ImageFormat::WebP => json!({"extensions": {"EXT_texture_webp": {"source": 0}}}),
+            _ => json!({"source": 0}),
+        },
+    );
+    let color = json!({"baseColorTexture": {"index": 0}, "metallicFactor": 0.0});
+    let material = model.add("materials", json!({"pbrMetallicRoughness": color}));
+    // Its corners are at 1 and -1, its normals along axes, its texture coordinates 0 and 1: integers stand for these exactly.
+    let mesh = add_mesh(&mut model, &cuboid(Vec3::splat(2.0)), material);
+    model.node(json!({"mesh": mesh, "rotation": [0.2, 0.3, 0.1, 0.927_361_849_549_570_4], "scale": [0.4, 0.5, 0.6]}));
+    model.light(json!({"type": "point", "intensity": 50}), [1.0, 2.0, 3.0]);
+    model.camera(1.5, [0.0, 0.0, 4.0]);
+    model.buffers(0.25, [64, 3])
+}
+
+fn plain(model: &mut Model, mesh: &Triangles, material: usize) -> usize {
+    model.mesh(mesh, material)
+}
+
+/// KHR_mesh_quantization: positions in steps of 1/32767, normals of 1/127, texture coordinates of 1/65535.
+fn quantized(model: &mut Model, mesh: &Triangles, material: usize) -> usize {
+    model.set("extensionsRequired", json!(["KHR_mesh_quantization"]));
+    let mut attribute = |bytes: Vec<u8>, stride: usize, (component, kind): (u32, &str)| {
+        let (view, count) = (model.strided(&bytes, stride), mesh.positions.len());
+        let accessor = json!({
+            "bufferView": view, "componentType": component, "normalized": true, "count": count, "type": kind,
+        });
+        model.add("accessors", accessor)
+    };
+    // Rows of three numbers are filled up to a multiple of four bytes.
+    let words = |p: &Vec3| [p.x, p.y, p.z, 0.0].map(|x| ((x * 32767.0).round() as i16).to_le_bytes());
+    let bytes = |n: &Vec3| [n.x, n.y, n.z, 0.0].map(|x| (x * 127.0).round() as i8 as u8);
+    let positions = attribute(mesh.positions.iter().flat_map(words).flatten().collect(), 8, (5122, "VEC3"));
+    let normals = attribute(mesh.normals.iter().flat_map(bytes).collect(), 4, (5120, "VEC3"));
+    let uvs = mesh.uvs.iter().flat_map(|uv| [uv.x, uv.y]).map(|x| ((x * 65535.0).round() as u16).to_le_bytes());
+    let uvs = attribute(uvs.flatten().collect(), 4, (5123, "VEC2"));
+    let corners: Vec<u8> = mesh.triangles.as_flattened().iter().map(|&corner| corner as u8).collect();
+    let view = model.view(&corners);
+    let indices = json!({"bufferView": view, "componentType": 5121, "count": corners.len(), "type": "SCALAR"});
+    let indices = model.add("accessors", indices);
+    let attributes = json!({"POSITION": positions, "NORMAL": normals, "TEXCOORD_0": uvs});
+    model.add("meshes", json!({"primitives": [{"attributes": attributes, "indices": indices, "material": material}]}))
+}
+
+#[test]
+fn variants_of_a_model_make_one_picture() {
+    let (expected, _) = render(&model(ImageFormat::Png, plain));
+    let colors = expected.resolve().pixels;
+    assert!((0..colors.len()).any(|row| colors.get(row).color != colors.get(0).color), "the picture shows nothing");
+    assert!(render(&model(ImageFormat::Png, quantized)).0 == expected, "quantized");
+    assert!(render(&model(ImageFormat::WebP, plain)).0 == expected, "with a WebP picture");
+    assert!(render(&model(ImageFormat::WebP, quantized)).0 == expected, "quantized, with a WebP picture");
+}
