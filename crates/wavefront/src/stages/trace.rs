@@ -95,6 +95,7 @@ pub fn trace(
         return;
     }
     scratch.passing.clear();
+    scratch.next.clear();
     scratch.passing.reserve(rays.len());
     scratch.next.reserve(rays.len());
     for row in 0..rays.len() {
