@@ -103,8 +103,8 @@ fn blocks([width, height]: [usize; 2], [across, down]: Block, value: impl Fn(usi
     means
 }
 
-/// Mitsuba's picture: means over blocks and their standard errors.
-fn reference(name: &str, block: Block) -> ([usize; 2], Blocks, Blocks) {
+/// Mitsuba's picture: its size, means over blocks and their standard errors.
+pub fn reference(name: &str, block: Block) -> ([usize; 2], Blocks, Blocks) {
     let path = folder().join(name).with_extension("exr");
     let image = read()
         .no_deep_data()

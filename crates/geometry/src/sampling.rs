@@ -95,6 +95,7 @@ impl AreaSample {
 
 impl TriangleMesh {
     /// The area of a triangle in object space.
+    #[inline]
     pub fn area(&self, triangle: usize) -> f64 {
         let [a, b, c] = self.corners(triangle).map(|corner| corner.as_dvec3());
         0.5 * (b - a).cross(c - a).length()
