@@ -10,6 +10,8 @@
 //! the sums and is never drawn, any other has at least 2⁻³¹. The price is a relative error of 2⁻³¹ times the number of bins in
 //! how weights are followed, not in how they are told.
 
+use brewster_lanes::prefetch;
+
 /// The fixed-point number that stands for one.
 const ONE: u32 = 1 << 31;
 
@@ -79,7 +81,7 @@ impl Distribution {
 }
 
 /// A cell that was drawn.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Cell {
     /// The column.
     pub x: u32,
@@ -89,6 +91,18 @@ pub struct Cell {
     pub probability: f32,
     /// Where the two numbers lay in the cell, 0 < rest < 1.
     pub rest: [f32; 2],
+}
+
+impl Cell {
+    #[inline(always)]
+    fn of(column: Choice, row: Choice) -> Cell {
+        Cell {
+            x: column.index,
+            y: row.index,
+            probability: column.probability * row.probability,
+            rest: [column.rest, row.rest],
+        }
+    }
 }
 
 /// Cells of a grid with weights; as a density, equal rectangles of the unit square. Takes five bytes a cell.
@@ -133,12 +147,27 @@ impl Distribution2d {
     #[inline]
     pub fn choose(&self, u: [f32; 2]) -> Cell {
         let row = self.rows.choose(u[1]);
-        let column = self.choose_column(row.index, u[0]);
-        Cell {
-            x: column.index,
-            y: row.index,
-            probability: column.probability * row.probability,
-            rest: [column.rest, row.rest],
+        Cell::of(self.choose_column(row.index, u[0]), row)
+    }
+
+    /// [`Distribution2d::choose`] for many; in passes, so that they wait for memory together.
+    pub(crate) fn choose_all(&self, u: [&[f32]; 2], cells: &mut [Cell]) {
+        const RUN: usize = 32;
+        let length = guide_len(self.width);
+        for (run, cells) in cells.chunks_mut(RUN).enumerate() {
+            let [u, v] = u.map(|u| &u[run * RUN..][..cells.len()]);
+            let mut rows = [Choice { index: 0, probability: 0.0, rest: 0.0 }; RUN];
+            let guide = |row: &Choice, u: f32| row.index as usize * length + step(self.width, u);
+            for ((row, &u), &v) in rows.iter_mut().zip(u).zip(v) {
+                *row = self.rows.choose(v);
+                prefetch(&self.guides[guide(row, u)]);
+            }
+            for (row, &u) in rows.iter().zip(u) {
+                prefetch(&self.row(row.index)[self.guides[guide(row, u)] as usize]);
+            }
+            for ((cell, row), &u) in cells.iter_mut().zip(&rows).zip(u) {
+                *cell = Cell::of(self.choose_column(row.index, u), *row);
+            }
         }
     }
 
@@ -226,10 +255,21 @@ fn push_guide(bounds: &[u32], guide: &mut Vec<u32>) {
     }
 }
 
+/// A number in fixed point.
+#[inline(always)]
+fn target(u: f32) -> u32 {
+    ((u * ONE as f32) as u32).min(ONE - 1)
+}
+
+/// The step of the guide of a number of bins that a number lies in.
+#[inline(always)]
+fn step(bins: usize, u: f32) -> usize {
+    (target(u) >> (31 - guide_bits(bins))) as usize
+}
+
 #[inline(always)]
 fn choose(bounds: &[u32], guide: &[u32], u: f32) -> Choice {
-    let target = ((u * ONE as f32) as u32).min(ONE - 1);
-    let step = (target >> (31 - guide_bits(bounds.len() - 1))) as usize;
+    let (target, step) = (target(u), step(bounds.len() - 1, u));
     let (first, last) = (guide[step] as usize, guide[step + 1] as usize);
     let index = first + bounds[first + 1..=last].partition_point(|&bound| bound <= target);
     let (from, to) = (bounds[index], bounds[index + 1]);

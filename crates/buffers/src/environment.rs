@@ -109,6 +109,14 @@ impl Background {
         }
     }
 
+    /// [`Background::sample`] for many.
+    pub fn sample_all(&self, u: [&[f32]; 2], samples: &mut [Option<LightSample>]) {
+        match self {
+            Background::Environment(map) => map.sample_all(u, samples),
+            _ => (0..samples.len()).for_each(|row| samples[row] = self.sample([u[0][row], u[1][row]])),
+        }
+    }
+
     /// The density of [`Background::sample`] per solid angle.
     #[inline]
     pub fn pdf(&self, direction: Vec3) -> f32 {

@@ -16,10 +16,11 @@ use std::f32::consts::{FRAC_1_PI, PI, TAU};
 use std::fmt;
 use std::sync::Arc;
 
-use brewster_lanes::math;
+use brewster_lanes::{math, prefetch};
 use brewster_optics::color::luminance;
 use glam::Vec3;
 
+use crate::distribution::Cell;
 use crate::{Distribution2d, Image, LightSample};
 
 /// Where the rows of a map lie.
@@ -155,7 +156,31 @@ impl EnvironmentMap {
     /// Draws a direction with two numbers 0 ≤ u < 1; none if the map is black.
     #[inline]
     pub fn sample(&self, u: [f32; 2]) -> Option<LightSample> {
-        let cell = self.cells.as_ref()?.choose(u);
+        Some(self.sample_in(self.cells.as_ref()?.choose(u)))
+    }
+
+    /// [`EnvironmentMap::sample`] for many; in passes, so that they wait for memory together.
+    pub(crate) fn sample_all(&self, u: [&[f32]; 2], samples: &mut [Option<LightSample>]) {
+        const RUN: usize = 32;
+        let Some(cells) = &self.cells else { return samples.fill(None) };
+        for (run, samples) in samples.chunks_mut(RUN).enumerate() {
+            let mut chosen = [Cell::default(); RUN];
+            let chosen = &mut chosen[..samples.len()];
+            cells.choose_all(u.map(|u| &u[run * RUN..][..samples.len()]), chosen);
+            for cell in chosen.iter() {
+                let (upper, lower) = self.rows_around(cell.y);
+                prefetch(&self.image.floats()[self.pixel(cell.x, upper)]);
+                prefetch(&self.image.floats()[self.pixel(cell.x, lower)]);
+            }
+            for (sample, cell) in samples.iter_mut().zip(chosen.iter()) {
+                *sample = Some(self.sample_in(*cell));
+            }
+        }
+    }
+
+    /// A direction in a cell that was drawn.
+    #[inline(always)]
+    fn sample_in(&self, cell: Cell) -> LightSample {
         let weights = self.corner_weights(cell.x, cell.y);
         let [a, b, c, d] = weights;
         let down = linear(cell.rest[1], a + b, c + d);
@@ -170,7 +195,7 @@ impl EnvironmentMap {
         let (sine, cosine) = math::sin_cos(TAU * (u - 0.5) - self.rotation);
         let direction = Vec3::new(radius * cosine, y, radius * sine);
         let pdf = self.density(cell.probability, weights, cell.y, across, down);
-        Some(LightSample::distant(direction, self.radiance(direction), pdf))
+        LightSample::distant(direction, self.radiance(direction), pdf)
     }
 
     /// The density of [`EnvironmentMap::sample`] per solid angle.
@@ -222,14 +247,24 @@ impl EnvironmentMap {
     /// The pixels at the corners of a cell: upper left, upper right, lower left, lower right.
     #[inline(always)]
     fn corners(&self, column: u32, band: u32) -> [Vec3; 4] {
-        let (width, height) = (self.image.width, self.image.height);
-        let (upper, lower) = match self.rows {
-            MapRows::Centers => (band.saturating_sub(1), band.min(height - 1)),
-            MapRows::Poles => (band, band + 1),
-        };
-        let next = if column + 1 == width { 0 } else { column + 1 };
-        let pixel = |x: u32, y: u32| Vec3::from_array(self.image.floats()[y as usize * width as usize + x as usize]);
+        let (upper, lower) = self.rows_around(band);
+        let next = if column + 1 == self.image.width { 0 } else { column + 1 };
+        let pixel = |x: u32, y: u32| Vec3::from_array(self.image.floats()[self.pixel(x, y)]);
         [pixel(column, upper), pixel(next, upper), pixel(column, lower), pixel(next, lower)]
+    }
+
+    /// The rows of pixels above and below a band.
+    #[inline(always)]
+    fn rows_around(&self, band: u32) -> (u32, u32) {
+        match self.rows {
+            MapRows::Centers => (band.saturating_sub(1), band.min(self.image.height - 1)),
+            MapRows::Poles => (band, band + 1),
+        }
+    }
+
+    #[inline(always)]
+    fn pixel(&self, x: u32, y: u32) -> usize {
+        y as usize * self.image.width as usize + x as usize
     }
 
     /// What places are drawn by at the corners of a cell.
@@ -341,6 +376,25 @@ mod tests {
 
     const EVERY: [(MapRows, f32); 4] =
         [(MapRows::Centers, 0.0), (MapRows::Poles, 0.0), (MapRows::Centers, 1.1), (MapRows::Poles, -4.0)];
+
+    #[test]
+    fn many_are_drawn_as_each_by_itself() {
+        for (rows, rotation) in EVERY {
+            let map = map([37, 19], rows, rotation, noise);
+            let mut random = Random::new(5);
+            let [u, v] = [(); 2].map(|()| (0..77).map(|_| random.number()).collect::<Vec<f32>>());
+            let mut samples = vec![None; 77];
+            map.sample_all([&u, &v], &mut samples);
+            for (sample, u) in samples.iter().zip(u.iter().zip(&v).map(|(&u, &v)| [u, v])) {
+                assert_eq!(*sample, map.sample(u), "{rows:?}, {rotation}, {u:?}");
+                assert!(sample.is_some());
+            }
+        }
+        let black = map([3, 3], MapRows::Poles, 0.0, |_, _| Vec3::ZERO);
+        let mut samples = [EnvironmentMap::sample(&map([3, 3], MapRows::Poles, 0.0, noise), [0.5; 2])];
+        black.sample_all([&[0.5], &[0.5]], &mut samples);
+        assert_eq!(samples, [None]);
+    }
 
     /// The convention in f64 from the words at the head, by the standard library's functions.
     fn reference(map: &EnvironmentMap, direction: Vec3) -> DVec3 {

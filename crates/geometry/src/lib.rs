@@ -60,7 +60,6 @@ mod hit;
 mod mesh;
 mod motion;
 mod plane;
-mod prefetch;
 mod quad;
 mod ray;
 mod sampling;

@@ -3,11 +3,10 @@
 //! Hits on meshes wait until a block of them is full. What their points follow from is gathered number by number, so that the
 //! routine of a single hit, run over the block in a loop, becomes vector code.
 
-use brewster_lanes::dispatch;
+use brewster_lanes::{dispatch, prefetch};
 
 use crate::block::{LANES, Numbers};
 use crate::hit::HitsView;
-use crate::prefetch::prefetch;
 use crate::ray::{Ray, Rays};
 use crate::scene::SceneGeometry;
 use crate::shape::{ShapeKind, with_shape};

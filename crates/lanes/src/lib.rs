@@ -2,6 +2,7 @@
 //!
 //! - [`columns!`] turns one declaration into a row, an owner of columns, a shared view and an exclusive view.
 //! - [`Level`] names the instruction set that a kernel runs on, and [`dispatch!`] compiles one body for each level.
+//! - [`prefetch`] asks for memory before it is needed.
 //! - [`math`] has the transcendental functions in plain arithmetic: the same bits on every platform.
 //!
 //! ```
@@ -35,5 +36,7 @@
 mod columns;
 mod dispatch;
 pub mod math;
+mod prefetch;
 
 pub use dispatch::Level;
+pub use prefetch::prefetch;

@@ -16,12 +16,11 @@
 //! finds depends on its ray alone, whatever the other slots do.
 #![expect(unsafe_code, reason = "lists and stacks are sized before the loop, which then checks no bounds")]
 
-use brewster_lanes::Level;
+use brewster_lanes::{Level, prefetch};
 use glam::Vec3;
 
 use super::slabs::Slabs;
 use crate::hit::{Hit, HitsViewMut, MISS};
-use crate::prefetch::prefetch;
 use crate::ray::{Ray, Rays};
 use crate::scene::SceneGeometry;
 use crate::shape::{Analytic, LocalHit, with_shape};

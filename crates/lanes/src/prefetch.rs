@@ -3,7 +3,7 @@
 
 /// Asks the cache for the line of an address.
 #[inline(always)]
-pub(crate) fn prefetch<T>(address: *const T) {
+pub fn prefetch<T>(address: *const T) {
     #[cfg(target_arch = "x86_64")]
     // SAFETY: a prefetch reads nothing that the program sees, whatever the address.
     unsafe {
