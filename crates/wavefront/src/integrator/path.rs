@@ -70,7 +70,7 @@ pub(super) fn step(context: &Context<'_>, batch: &mut Batch, tile: &mut FilmTile
             let hits = $hits.view();
             scatter!($stage, hits.columns().len(), |start| (
                 hits.run(start, run).columns().rays(),
-                lit(&hits.run(start, run)),
+                lit(context, &hits.run(start, run)),
                 scatter(&hits.run(start, run))
             ));
         };

@@ -103,6 +103,12 @@ impl<'a> SurfaceHitsView<'a> {
         self.rows.ray
     }
 
+    /// The rows of the materials among those of the kind.
+    #[inline(always)]
+    pub fn materials(&self) -> &'a [u32] {
+        self.rows.material
+    }
+
     /// The points of the surfaces; and when they were hit, if something moves.
     #[inline(always)]
     pub fn points(&self) -> (&'a [SurfacePoint], &'a [f32]) {

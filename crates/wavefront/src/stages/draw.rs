@@ -1,6 +1,6 @@
 //! Draws the random numbers of hits, and lights by them.
 
-use brewster_buffers::{LightSample, SceneBuffers};
+use brewster_buffers::{Background, LightSample, SceneBuffers};
 use brewster_geometry::SurfacePoint;
 use brewster_lanes::columns;
 use glam::{Vec2, Vec3};
@@ -37,8 +37,8 @@ columns! {
 pub trait Numbers {
     /// The light that numbers choose for a point at a moment.
     fn light(&self, scene: &SceneBuffers, point: Vec3, time: f32) -> Option<LightSample>;
-    /// Which direction of the sky.
-    fn sky(&self) -> [f32; 2];
+    /// The light of the background that numbers choose.
+    fn sky(&self, background: &Background) -> Option<LightSample>;
     /// Which direction within the lobe.
     fn direction(&self) -> Vec2;
     /// Which lobe.
@@ -52,6 +52,7 @@ pub trait Numbers {
 pub struct Drawn<'a> {
     numbers: Draw,
     light: Option<&'a Option<LightSample>>,
+    sky: Option<&'a Option<LightSample>>,
 }
 
 impl Numbers for Drawn<'_> {
@@ -65,8 +66,11 @@ impl Numbers for Drawn<'_> {
     }
 
     #[inline(always)]
-    fn sky(&self) -> [f32; 2] {
-        [self.numbers.sky_x, self.numbers.sky_y]
+    fn sky(&self, background: &Background) -> Option<LightSample> {
+        match self.sky {
+            Some(sky) => *sky,
+            None => background.sample([self.numbers.sky_x, self.numbers.sky_y]),
+        }
     }
 
     #[inline(always)]
@@ -104,8 +108,8 @@ impl Numbers for DrawOnDemand<'_> {
     }
 
     #[inline(always)]
-    fn sky(&self) -> [f32; 2] {
-        self.sampler.pair(self.stream, Decision::LightPoint.at(self.depth).repeat(1))
+    fn sky(&self, background: &Background) -> Option<LightSample> {
+        background.sample(self.sampler.pair(self.stream, Decision::LightPoint.at(self.depth).repeat(1)))
     }
 
     #[inline(always)]
@@ -142,6 +146,7 @@ pub struct Draws {
     streams: StreamColumns,
     numbers: DrawColumns,
     lights: Vec<Option<LightSample>>,
+    skies: Vec<Option<LightSample>>,
 }
 
 /// A shared view of what was drawn, in the hits' order.
@@ -149,31 +154,32 @@ pub struct Draws {
 pub struct DrawsView<'a> {
     numbers: DrawRowsView<'a>,
     lights: &'a [Option<LightSample>],
+    skies: &'a [Option<LightSample>],
 }
 
 impl<'a> DrawsView<'a> {
     /// What was drawn for a hit.
     #[inline(always)]
     pub fn get(&self, row: usize) -> Drawn<'a> {
-        Drawn { numbers: self.numbers.get(row), light: self.lights.get(row) }
+        Drawn { numbers: self.numbers.get(row), light: self.lights.get(row), sky: self.skies.get(row) }
     }
 }
 
 impl Draws {
     /// Bytes that a hit takes.
     pub const BYTES_PER_ROW: usize =
-        StreamColumns::BYTES_PER_ROW + DrawColumns::BYTES_PER_ROW + size_of::<Option<LightSample>>();
+        StreamColumns::BYTES_PER_ROW + DrawColumns::BYTES_PER_ROW + 2 * size_of::<Option<LightSample>>();
 
     /// What was drawn, in the hits' order.
     pub fn view(&self) -> DrawsView<'_> {
-        DrawsView { numbers: self.numbers.view(), lights: &self.lights }
+        DrawsView { numbers: self.numbers.view(), lights: &self.lights, skies: &self.skies }
     }
 
     /// Bytes of memory taken.
     pub fn bytes(&self) -> usize {
         self.streams.capacity() * StreamColumns::BYTES_PER_ROW
             + self.numbers.capacity() * DrawColumns::BYTES_PER_ROW
-            + self.lights.capacity() * size_of::<Option<LightSample>>()
+            + (self.lights.capacity() + self.skies.capacity()) * size_of::<Option<LightSample>>()
     }
 }
 
@@ -181,9 +187,9 @@ impl Draws {
 pub type Points<'a> = (&'a [SurfacePoint], &'a [f32]);
 
 /// Draws all numbers that hits of one depth may ask for, of which the rays' rows are given; those for lights only where there are any.
-/// Of hits whose points are given, with the times if something moves, lights are drawn, too.
+/// Of hits whose points are given, with the times if something moves, lights and directions of the sky are drawn, too.
 ///
-/// Reads: rays, points, samples and lights. Writes: one row of numbers a hit, and its light.
+/// Reads: rays, points, samples, lights and background. Writes: one row of numbers a hit, and its light and sky.
 pub fn draw(
     context: &Context<'_>,
     rays: PathRaysView<'_>,
@@ -193,7 +199,7 @@ pub fn draw(
     draws: &mut Draws,
 ) {
     let (level, sampler) = (context.policy.level, &context.sampler);
-    let Draws { streams, numbers, lights } = draws;
+    let Draws { streams, numbers, lights, skies } = draws;
     streams.clear();
     for &ray in hits {
         let ray = ray as usize;
@@ -201,6 +207,7 @@ pub fn draw(
     }
     numbers.resize(hits.len(), NONE);
     lights.clear();
+    skies.clear();
     let (streams, out) = (streams.view(), numbers.view_mut());
     let place = Decision::LightPoint.at(depth);
     if !context.scene.emitters.is_empty() {
@@ -213,6 +220,10 @@ pub fn draw(
     }
     if !context.scene.background.is_black() {
         pairs(level, sampler, streams, place.repeat(1), out.sky_x, out.sky_y);
+        if points.is_some() {
+            skies.resize(hits.len(), None);
+            context.scene.background.sample_all([out.sky_x, out.sky_y], skies);
+        }
     }
     pairs(level, sampler, streams, Decision::Direction.at(depth), out.direction_x, out.direction_y);
     ones(level, sampler, streams, Decision::Lobe.at(depth), out.lobe);

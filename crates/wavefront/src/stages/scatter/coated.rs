@@ -30,8 +30,6 @@ impl Scatter for OnCoated {
 
     const TRANSMITS: bool = false;
 
-    const ASKS_LIGHTS: bool = true;
-
     #[inline(always)]
     fn surface(context: &Context<'_>, hit: &SurfaceHit, sides: &Sides) -> Coating {
         let (scene, materials) = (context.scene, &context.scene.materials);

@@ -13,7 +13,7 @@ use crate::albedo::Albedos;
 use crate::context::Context;
 use crate::explain::Fresnel;
 use crate::media::Medium;
-use crate::queues::{OnDielectric, SurfaceHit};
+use crate::queues::{OnDielectric, SurfaceHit, SurfaceHitsView};
 
 /// A boundary between two media, or a sheet with one medium on both sides.
 #[derive(Clone, Copy, Debug)]
@@ -61,7 +61,11 @@ impl Scatter for OnDielectric {
 
     const TRANSMITS: bool = true;
 
-    const ASKS_LIGHTS: bool = false;
+    #[inline(always)]
+    fn asks_lights(context: &Context<'_>, hits: SurfaceHitsView<'_>) -> bool {
+        let alpha = context.scene.materials.dielectric.view().alpha;
+        hits.materials().iter().any(|&row| alpha[row as usize] > 0.0)
+    }
 
     #[inline(always)]
     fn medium(context: &Context<'_>, row: usize) -> Option<Medium> {

@@ -20,8 +20,6 @@ impl Scatter for OnLambert {
 
     const TRANSMITS: bool = false;
 
-    const ASKS_LIGHTS: bool = true;
-
     #[inline(always)]
     fn surface(context: &Context<'_>, hit: &SurfaceHit, _: &Sides) -> Lambertian {
         let scene = context.scene;

@@ -58,7 +58,7 @@ pub(crate) fn scatter_in_medium(
         outlet.shadow(toward(context, (ray, scattering), anisotropy, &light, stacks));
     }
     if !scene.background.is_black()
-        && let Some(light) = scene.background.sample(numbers.sky())
+        && let Some(light) = numbers.sky(&scene.background)
     {
         outlet.shadow(toward(context, (ray, scattering), anisotropy, &light, stacks));
     }

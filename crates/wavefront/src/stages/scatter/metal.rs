@@ -12,7 +12,7 @@ use super::{Scatter, Sides, Surface};
 use crate::albedo::Albedos;
 use crate::context::Context;
 use crate::explain::Fresnel;
-use crate::queues::{OnMetal, SurfaceHit};
+use crate::queues::{OnMetal, SurfaceHit, SurfaceHitsView};
 
 /// A conductor, its index relative to the medium in front of it.
 #[derive(Clone, Copy, Debug)]
@@ -94,7 +94,11 @@ impl Scatter for OnMetal {
 
     const TRANSMITS: bool = false;
 
-    const ASKS_LIGHTS: bool = false;
+    #[inline(always)]
+    fn asks_lights(context: &Context<'_>, hits: SurfaceHitsView<'_>) -> bool {
+        let alpha = context.scene.materials.metal.view().alpha;
+        hits.materials().iter().any(|&row| alpha[row as usize] > 0.0)
+    }
 
     #[inline(always)]
     fn surface(context: &Context<'_>, hit: &SurfaceHit, sides: &Sides) -> Conductor {

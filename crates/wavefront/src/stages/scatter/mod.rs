@@ -29,7 +29,7 @@ use crate::ledger::Ledger;
 use crate::media::{MediaId, MediaStacks, Medium};
 use crate::queues::{
     Contribution, End, Event, HitsOf, OnDielectric, OnPrincipled, PathRay, PathRaysView, SamplesView, ShadowRay,
-    SurfaceHit,
+    SurfaceHit, SurfaceHitsView,
 };
 use crate::random::{Decision, Stream};
 use crate::stats::Counts;
@@ -42,8 +42,12 @@ pub trait Scatter {
     /// Whether surfaces of this kind may let light through, so that there may be media behind them.
     const TRANSMITS: bool;
 
-    /// Whether almost every surface of this kind is asked what it scatters from lights: those that are not smooth are.
-    const ASKS_LIGHTS: bool;
+    /// Whether some of the hits on surfaces of this kind, as likely as not, are asked what they scatter from lights: those on surfaces
+    /// that are not smooth are.
+    #[inline(always)]
+    fn asks_lights(_: &Context<'_>, _: SurfaceHitsView<'_>) -> bool {
+        true
+    }
 
     /// The medium inside of a surface of a row of this kind.
     #[inline(always)]
@@ -160,9 +164,9 @@ pub fn scatter<Kind: Scatter>(
     }
 }
 
-/// The points of hits that lights are drawn for beforehand: of kinds that almost always ask for one.
-pub(crate) fn lit<'a, Kind: Scatter>(hits: &HitsOf<'a, Kind>) -> Option<Points<'a>> {
-    Kind::ASKS_LIGHTS.then(|| hits.columns().points())
+/// The points of hits that lights are drawn for beforehand.
+pub(crate) fn lit<'a, Kind: Scatter>(context: &Context<'_>, hits: &HitsOf<'a, Kind>) -> Option<Points<'a>> {
+    Kind::asks_lights(context, hits.columns()).then(|| hits.columns().points())
 }
 
 /// Notes a ray that ends at the maximum depth.
@@ -321,7 +325,7 @@ impl<N: Numbers> Arrival<'_, N> {
             self.toward(self.numbers.light(scene, self.hit.point.position, self.hit.time), surface, stacks, outlet);
         }
         if !scene.background.is_black() {
-            self.toward(scene.background.sample(self.numbers.sky()), surface, stacks, outlet);
+            self.toward(self.numbers.sky(&scene.background), surface, stacks, outlet);
         }
     }
 
@@ -543,7 +547,6 @@ mod tests {
         type Surface = Lossy<PERCENT>;
 
         const TRANSMITS: bool = false;
-        const ASKS_LIGHTS: bool = false;
 
         fn surface(_: &Context<'_>, _: &SurfaceHit, _: &Sides) -> Lossy<PERCENT> {
             Lossy

@@ -19,8 +19,6 @@ impl Scatter for OnPrincipled {
 
     const TRANSMITS: bool = true;
 
-    const ASKS_LIGHTS: bool = true;
-
     #[inline(always)]
     fn medium(context: &Context<'_>, row: usize) -> Option<Medium> {
         let medium = context.scene.materials.principled.view().medium[row];

@@ -14,8 +14,6 @@ impl Scatter for OnRoughDiffuse {
 
     const TRANSMITS: bool = false;
 
-    const ASKS_LIGHTS: bool = true;
-
     #[inline(always)]
     fn surface(context: &Context<'_>, hit: &SurfaceHit, _: &Sides) -> RoughDiffuse {
         let scene = context.scene;
