@@ -101,6 +101,18 @@ impl Coat {
         FresnelModel::Exact.dielectric(cos_i, 1.0, self.eta).reflectance
     }
 
+    /// T(w): what comes through from a direction, the rest of [`albedo_table::reflected`] of a rough coat.
+    #[inline(always)]
+    pub fn through(&self, w: Vec3) -> f32 {
+        1.0 - self.reflected(w)
+    }
+
+    /// The mean of T(w) over even light that the base is scaled by.
+    #[inline(always)]
+    pub fn mean_through(&self) -> f32 {
+        1.0 - albedo_table::reflected_average(self.facets.mean_alpha(), self.eta)
+    }
+
     /// R(w).
     #[inline(always)]
     fn reflected(&self, w: Vec3) -> f32 {
@@ -131,7 +143,7 @@ impl CoatedDiffuse {
     /// A diffuse base of that albedo (as it would be without a coat) under a coat.
     #[inline(always)]
     pub fn new(coat: Coat, albedo: Vec3) -> CoatedDiffuse {
-        let average = 1.0 - albedo_table::reflected_average(coat.facets.mean_alpha(), coat.eta);
+        let average = coat.mean_through();
         let leaving = average / (coat.eta * coat.eta);
         let base = albedo * leaving / (Vec3::ONE - albedo * (1.0 - leaving));
         CoatedDiffuse { coat, base, average }
@@ -170,7 +182,13 @@ impl CoatedDiffuse {
         sampled(direction, self.evaluate(view, direction))
     }
 
-    /// What is reflected in all of the light from a direction, where the coat is clear.
+    /// The base's color, as it is under the coat.
+    #[inline(always)]
+    pub fn base(&self) -> Vec3 {
+        self.base
+    }
+
+    /// What is reflected in all of the light from a direction, where the coat is clear, as far as tables tell.
     #[inline(always)]
     pub fn directional_albedo(&self, w: Vec3) -> Vec3 {
         let reflected = self.coat.reflected(w);

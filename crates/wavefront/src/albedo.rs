@@ -4,9 +4,10 @@
 //! on them.
 
 use brewster_buffers::SceneBuffers;
-use brewster_optics::albedo::{at_cosine, rough_boundary, rough_dielectric, rough_mirror};
+use brewster_optics::albedo::{at_cosine, average, rough_boundary, rough_dielectric, rough_mirror};
 use brewster_optics::conductor::F82Tint;
 use brewster_optics::fresnel::{FresnelModel, conductor_color};
+use brewster_optics::layered::Coat;
 use brewster_optics::microfacet::Ggx;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
@@ -54,12 +55,15 @@ pub struct Albedos {
     metal_slopes: Vec<Option<Table>>,
     /// For each dielectric, each medium on its other side, from there and from inside.
     dielectrics: Vec<Option<Table>>,
+    /// For each coat and each medium in front of it: what its facets reflect, and what share of the base's color comes out.
+    coats: Vec<Option<Table>>,
 }
 
 impl Albedos {
     /// Tables for everything rough; a table takes some 20 ms.
     pub fn new(scene: &SceneBuffers) -> Albedos {
         let (metals, dielectrics) = (scene.materials.metal.view(), scene.materials.dielectric.view());
+        let coats = scene.materials.coated.view();
         let media = dielectrics.len() + 1;
         let is_rough = |alpha: f32| !Ggx::isotropic(alpha).is_smooth();
         let ior = |medium: usize| if medium == 0 { 1.0 } else { dielectrics.ior[medium - 1] };
@@ -109,8 +113,24 @@ impl Albedos {
                 None => Table::new(albedo),
             })
         };
+        let coat = |index: usize| {
+            let (row, medium) = (index / media, index % media);
+            let (alpha, eta) = (coats.alpha[row], coats.ior[row] / ior(medium));
+            let coat = Coat::new(Ggx::isotropic(alpha), eta);
+            let through = |view: DVec3| f64::from(coat.through(view.as_vec3()));
+            is_rough(alpha).then(|| {
+                let fresnel = |cosine| FresnelModel::Exact.dielectric(cosine as f32, 1.0, eta).reflectance;
+                let out = average(|cosine| through(at_cosine(cosine))) / f64::from(coat.mean_through());
+                Table::new(|view| {
+                    let highlight =
+                        rough_mirror(view, [f64::from(alpha); 2], |cosine| DVec3::splat(fresnel(cosine).into()));
+                    DVec3::new(highlight.x, through(view) * out, 0.0)
+                })
+            })
+        };
         Albedos {
             media,
+            coats: (0..coats.len() * media).into_par_iter().map(coat).collect(),
             metals: (0..metals.len() * media).into_par_iter().map(metal).collect(),
             metal_slopes: (0..metals.len()).into_par_iter().map(slope).collect(),
             dielectrics: (0..dielectrics.len() * 2 * media).into_par_iter().map(dielectric).collect(),
@@ -122,6 +142,13 @@ impl Albedos {
     pub fn metal(&self, row: u32, medium: Medium, r0: Vec3, cosine: f32) -> Option<Vec3> {
         let base = self.metals.get(row as usize * self.media + number(medium))?.as_ref()?.at(cosine);
         Some(self.metal_slopes[row as usize].as_ref().map_or(base, |slope| base + r0 * slope.at(cosine)))
+    }
+
+    /// What a rough coat reflects of the light from a direction, and what share of the base's color comes out of it.
+    #[inline(always)]
+    pub fn coat(&self, row: u32, medium: Medium, cosine: f32) -> Option<(f32, f32)> {
+        let found = self.coats.get(row as usize * self.media + number(medium))?.as_ref()?.at(cosine);
+        Some((found.x, found.y))
     }
 
     /// What a rough dielectric reflects and transmits of the light from a direction, with these media on the viewer's side and

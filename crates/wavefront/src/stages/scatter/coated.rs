@@ -48,13 +48,13 @@ impl Scatter for OnCoated {
     }
 
     #[inline(always)]
-    fn albedo(_: &Albedos, surface: &Coating, _: &SurfaceHit, _: &Sides, cosine: f32) -> Option<Vec3> {
-        match &surface.over {
-            Over::Diffuse(coated) if surface.coat.is_clear() => {
-                Some(coated.directional_albedo(Vec3::new((1.0 - cosine * cosine).max(0.0).sqrt(), 0.0, cosine)))
-            }
-            _ => None,
-        }
+    fn albedo(albedos: &Albedos, surface: &Coating, hit: &SurfaceHit, sides: &Sides, cosine: f32) -> Option<Vec3> {
+        let Over::Diffuse(coated) = &surface.over else { return None };
+        let view = Vec3::new((1.0 - cosine * cosine).max(0.0).sqrt(), 0.0, cosine);
+        surface.coat.is_clear().then(|| match albedos.coat(hit.material, sides.filling[0], cosine) {
+            Some((highlight, share)) => Vec3::splat(highlight) + coated.base() * share,
+            None => coated.directional_albedo(view),
+        })
     }
 }
 
