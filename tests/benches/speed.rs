@@ -23,7 +23,8 @@ fn main() {
         match argument.as_str() {
             "--threads" => threads = number(),
             "--spp" => samples = number(),
-            _ => asked.push(argument),
+            name if REFERENCES.contains(&name) => asked.push(argument),
+            _ => panic!("there is no {argument}: --threads, --spp or one of {REFERENCES:?} was expected"),
         }
     }
     for name in REFERENCES.iter().filter(|&&name| asked.is_empty() || asked.iter().any(|asked| asked == name)) {
