@@ -1,15 +1,10 @@
 //! What rays see that meet nothing.
 
-use std::f32::consts::TAU;
 use std::sync::Arc;
 
-use brewster_lanes::math;
-use brewster_optics::color::luminance;
-use brewster_optics::warp;
-use glam::{Vec2, Vec3};
+use glam::Vec3;
 
-use crate::environment_map::linear;
-use crate::{EnvironmentMap, LightSample};
+use crate::EnvironmentMap;
 
 /// What rays see that meet nothing; radiance in nit.
 #[derive(Clone, Debug, PartialEq)]
@@ -70,78 +65,29 @@ impl Background {
         }
     }
 
-    /// The mean radiance over all directions; of a picture, nearly.
-    pub fn mean_radiance(&self) -> Vec3 {
+    /// What directions are drawn from. Light that is even, or nearly so, is found just as well by the directions in which
+    /// surfaces scatter: only pictures are drawn from, and of them only what is brighter than their mean.
+    #[inline(always)]
+    pub fn drawn(&self) -> Option<&EnvironmentMap> {
         match self {
-            &Background::Constant(color) => color,
-            // Each half is linear in the height, over which solid angle is even.
-            &Background::Gradient { horizon, zenith, ground } => zenith * 0.25 + ground * 0.25 + horizon * 0.5,
-            Background::Environment(map) => map.mean_radiance(),
+            Background::Environment(map) if map.is_drawn() => Some(map),
+            _ => None,
         }
     }
 
-    /// Draws a direction in proportion to its luminance, with two numbers 0 ≤ u < 1; none if there is no light.
-    #[inline]
-    pub fn sample(&self, u: [f32; 2]) -> Option<LightSample> {
-        match self {
-            &Background::Constant(color) if color == Vec3::ZERO => None,
-            &Background::Constant(color) => {
-                Some(LightSample::distant(warp::sphere(Vec2::from_array(u)), color, warp::SPHERE_PDF))
-            }
-            &Background::Gradient { horizon, zenith, ground } => {
-                let [horizon, zenith, ground] = [horizon, zenith, ground].map(luminance);
-                let (above, below) = (0.25 * horizon + 0.25 * zenith, 0.25 * horizon + 0.25 * ground);
-                if above + below == 0.0 {
-                    return None;
-                }
-                let x = u[0] * (above + below);
-                let (height, sign) = if x < above || below == 0.0 {
-                    (linear(inside(x / above), horizon, zenith), 1.0)
-                } else {
-                    (linear(inside((x - above) / below), horizon, ground), -1.0)
-                };
-                let radius = ((1.0 - height) * (1.0 + height)).max(0.0).sqrt();
-                let (sine, cosine) = math::sin_cos(TAU * u[1]);
-                let direction = Vec3::new(radius * cosine, sign * height, radius * sine);
-                Some(LightSample::distant(direction, self.radiance(direction), self.pdf(direction)))
-            }
-            Background::Environment(map) => map.sample(u),
-        }
-    }
-
-    /// [`Background::sample`] for many.
-    pub fn sample_all(&self, u: [&[f32]; 2], samples: &mut [Option<LightSample>]) {
-        match self {
-            Background::Environment(map) => map.sample_all(u, samples),
-            _ => (0..samples.len()).for_each(|row| samples[row] = self.sample([u[0][row], u[1][row]])),
-        }
-    }
-
-    /// The density of [`Background::sample`] per solid angle.
+    /// The density per solid angle with which a direction is drawn, 0 if none is.
     #[inline]
     pub fn pdf(&self, direction: Vec3) -> f32 {
         match self {
-            &Background::Constant(color) if color == Vec3::ZERO => 0.0,
-            Background::Constant(_) => warp::SPHERE_PDF,
-            Background::Gradient { .. } => {
-                let mean = luminance(self.mean_radiance());
-                if mean > 0.0 { luminance(self.radiance(direction)) / mean * warp::SPHERE_PDF } else { 0.0 }
-            }
             Background::Environment(map) => map.pdf(direction),
+            _ => 0.0,
         }
     }
-}
-
-/// A number moved into 0 < u < 1.
-#[inline(always)]
-fn inside(u: f32) -> f32 {
-    u.clamp(f32::EPSILON, 1.0f32.next_down())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::statistics::{Random, check_sphere};
 
     #[test]
     fn a_gradient_meets_its_three_colors_and_their_middle() {
@@ -154,46 +100,20 @@ mod tests {
         assert_eq!(sky.radiance(middle), Vec3::new(0.5, 0.75, 1.0));
     }
 
-    fn gradient(horizon: f32, zenith: f32, ground: f32) -> Background {
-        let [horizon, zenith, ground] =
-            [horizon, zenith, ground].map(|gray| Vec3::splat(gray) * Vec3::new(1.0, 0.5, 2.0));
-        Background::Gradient { horizon, zenith, ground }
-    }
-
     #[test]
-    fn directions_follow_their_densities() {
-        let skies = [
-            Background::Constant(Vec3::X),
-            gradient(1.0, 0.2, 0.5),
-            gradient(0.0, 1.0, 0.0),
-            gradient(0.0, 0.0, 3.0),
-            gradient(1.0, 0.0, 0.0),
-        ];
-        for sky in skies {
-            check_sphere(&format!("{sky:?}"), |u| sky.sample(u), |direction| sky.pdf(direction));
-            // Gray light over its density is the same for every sample: the integral of luminance over the sphere.
-            let mut random = Random::new(3);
-            let whole = 2.0 * TAU * luminance(sky.mean_radiance());
-            for _ in 0..1000 {
-                let sample = sky.sample([random.number(), random.number()]).expect("there is light");
-                assert_eq!(sample.radiance, sky.radiance(sample.direction));
-                let weight = luminance(sample.radiance) / sample.pdf;
-                assert!((weight / whole - 1.0).abs() < 1e-4, "{sky:?} {sample:?}: {weight} {whole}");
-            }
-        }
-    }
-
-    #[test]
-    fn the_dark_has_no_samples() {
-        for dark in [Background::default(), gradient(0.0, 0.0, 0.0)] {
-            assert!(dark.is_black() && dark.sample([0.3, 0.6]).is_none() && dark.pdf(Vec3::X) == 0.0);
-        }
-        // The ends of the numbers' range land where there is light.
-        for sky in [gradient(1.0, 1.0, 0.0), gradient(0.0, 0.0, 1.0), gradient(0.0, 1.0, 0.0)] {
-            for u in [0.0, 1.0f32.next_down()] {
-                let sample = sky.sample([u, u]).expect("there is light");
-                assert!(sample.pdf > 0.0 && sample.pdf.is_finite(), "{sky:?} {u}: {sample:?}");
-            }
+    fn the_dark_is_black_and_what_is_even_is_not_drawn_from() {
+        let gradient = |horizon, zenith, ground| Background::Gradient { horizon, zenith, ground };
+        let [dark, gray] = [0.0, 0.5].map(Vec3::splat);
+        for (sky, is_black) in [
+            (Background::default(), true),
+            (gradient(dark, dark, dark), true),
+            (Background::Constant(gray), false),
+            (gradient(gray, dark, dark), false),
+            (gradient(dark, gray, dark), false),
+            (gradient(dark, dark, gray), false),
+        ] {
+            assert_eq!(sky.is_black(), is_black);
+            assert!(sky.drawn().is_none() && sky.pdf(Vec3::X) == 0.0);
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Draws the random numbers of hits, and lights by them.
 
-use brewster_buffers::{Background, LightSample, SceneBuffers};
+use brewster_buffers::{EnvironmentMap, LightSample, SceneBuffers};
 use brewster_geometry::SurfacePoint;
 use brewster_lanes::columns;
 use glam::{Vec2, Vec3};
@@ -37,8 +37,8 @@ columns! {
 pub trait Numbers {
     /// The light that numbers choose for a point at a moment.
     fn light(&self, scene: &SceneBuffers, point: Vec3, time: f32) -> Option<LightSample>;
-    /// The light of the background that numbers choose.
-    fn sky(&self, background: &Background) -> Option<LightSample>;
+    /// The light of the sky that numbers choose.
+    fn sky(&self, map: &EnvironmentMap) -> Option<LightSample>;
     /// Which direction within the lobe.
     fn direction(&self) -> Vec2;
     /// Which lobe.
@@ -66,10 +66,10 @@ impl Numbers for Drawn<'_> {
     }
 
     #[inline(always)]
-    fn sky(&self, background: &Background) -> Option<LightSample> {
+    fn sky(&self, map: &EnvironmentMap) -> Option<LightSample> {
         match self.sky {
             Some(sky) => *sky,
-            None => background.sample([self.numbers.sky_x, self.numbers.sky_y]),
+            None => map.sample([self.numbers.sky_x, self.numbers.sky_y]),
         }
     }
 
@@ -108,8 +108,8 @@ impl Numbers for DrawOnDemand<'_> {
     }
 
     #[inline(always)]
-    fn sky(&self, background: &Background) -> Option<LightSample> {
-        background.sample(self.sampler.pair(self.stream, Decision::LightPoint.at(self.depth).repeat(1)))
+    fn sky(&self, map: &EnvironmentMap) -> Option<LightSample> {
+        map.sample(self.sampler.pair(self.stream, Decision::LightPoint.at(self.depth).repeat(1)))
     }
 
     #[inline(always)]
@@ -218,11 +218,11 @@ pub fn draw(
             context.scene.sample_lights(level, points, out.light, [out.light_x, out.light_y], lights);
         }
     }
-    if !context.scene.background.is_black() {
+    if let Some(map) = context.scene.background.drawn() {
         pairs(level, sampler, streams, place.repeat(1), out.sky_x, out.sky_y);
         if points.is_some() {
             skies.resize(hits.len(), None);
-            context.scene.background.sample_all([out.sky_x, out.sky_y], skies);
+            map.sample_all([out.sky_x, out.sky_y], skies);
         }
     }
     pairs(level, sampler, streams, Decision::Direction.at(depth), out.direction_x, out.direction_y);

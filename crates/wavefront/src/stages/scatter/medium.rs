@@ -57,8 +57,8 @@ pub(crate) fn scatter_in_medium(
     {
         outlet.shadow(toward(context, (ray, scattering), anisotropy, &light, stacks));
     }
-    if !scene.background.is_black()
-        && let Some(light) = numbers.sky(&scene.background)
+    if let Some(map) = scene.background.drawn()
+        && let Some(light) = numbers.sky(map)
     {
         outlet.shadow(toward(context, (ray, scattering), anisotropy, &light, stacks));
     }

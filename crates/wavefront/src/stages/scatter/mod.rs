@@ -324,8 +324,8 @@ impl<N: Numbers> Arrival<'_, N> {
         if !scene.emitters.is_empty() {
             self.toward(self.numbers.light(scene, self.hit.point.position, self.hit.time), surface, stacks, outlet);
         }
-        if !scene.background.is_black() {
-            self.toward(self.numbers.sky(&scene.background), surface, stacks, outlet);
+        if let Some(map) = scene.background.drawn() {
+            self.toward(self.numbers.sky(map), surface, stacks, outlet);
         }
     }
 
