@@ -2,6 +2,7 @@
 //!
 //! Counts are sums over rays and do not depend on threads, batches or policies. Times do.
 
+use std::ops::Range;
 use std::time::{Duration, Instant};
 
 use brewster_buffers::Integrator;
@@ -355,6 +356,10 @@ pub struct Recorder {
     pub timeline: Option<Vec<Span>>,
     /// What the queues look like, if asked for.
     pub survey: Option<Survey>,
+    /// The calls of stages that are run, by number; all others are left out.
+    pub(crate) window: Range<u64>,
+    /// Calls so far, with those that had no rays.
+    pub(crate) calls: u64,
     worker: u32,
     epoch: Instant,
 }
@@ -362,7 +367,15 @@ pub struct Recorder {
 impl Recorder {
     /// A recorder of one worker; `epoch` is the start of the render.
     pub fn new(max_depth: u32, worker: u32, epoch: Instant, timeline: bool) -> Recorder {
-        Recorder { stats: Stats::new(max_depth), timeline: timeline.then(Vec::new), survey: None, worker, epoch }
+        Recorder {
+            stats: Stats::new(max_depth),
+            timeline: timeline.then(Vec::new),
+            survey: None,
+            window: 0..u64::MAX,
+            calls: 0,
+            worker,
+            epoch,
+        }
     }
 
     /// Runs a stage over `rays` rays of a depth and queue, and notes the time and their number. Stages without rays are
@@ -374,7 +387,9 @@ impl Recorder {
         rays: usize,
         run: impl FnOnce(&mut Counts),
     ) {
-        if rays == 0 {
+        let call = self.calls;
+        self.calls += 1;
+        if rays == 0 || !self.window.contains(&call) {
             return;
         }
         let start = Instant::now();

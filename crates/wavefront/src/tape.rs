@@ -1,22 +1,28 @@
 //! Tapes: the rays of one step of a batch, kept to go through that step again and again.
 //!
 //! A tape holds what waits in a queue before the step, with the samples and the sets of media that the rays name. A [`Replay`] runs
-//! the ordinary step on it and tells each stage's time; what the step leaves is hashed, so that runs can be held against each other.
+//! the ordinary step on it and tells each stage's time, or one stage alone from what the stages before it leave. What comes out is
+//! hashed, so that runs can be held against each other.
 
+use std::fmt::Write as _;
+use std::ops::Range;
 use std::time::{Duration, Instant};
 
 use brewster_buffers::SceneBuffers;
 use brewster_film::{Film, FilmError, Light, PixelOrder};
+use brewster_geometry::HitColumns;
 
 use crate::batch::Batch;
 use crate::context::Context;
-use crate::integrator::{begin, step};
+use crate::integrator::{begin, bounce, step};
 use crate::media::{MediaId, Medium};
 use crate::policy::Policy;
-use crate::queues::{NO_INSTANCE, PathRay, PathRayColumns, RaySource, Sample};
+use crate::queues::{
+    ContributionQueue, NO_INSTANCE, PathRay, PathRayColumns, RaySource, Sample, SampleColumns, ShadowQueue,
+};
 use crate::random::PixelKey;
 use crate::render::{Unsupported, check_integrator};
-use crate::stats::{Recorder, Stage, Stats};
+use crate::stats::{Counts, Recorder, Stage, Stats};
 
 /// The rays of one step.
 #[derive(Clone, Debug, PartialEq)]
@@ -44,6 +50,8 @@ pub enum TapeError {
     Nothing,
     /// The tape does not fit the scene: what is wrong with it.
     Unfit(&'static str),
+    /// The stage came to something else when it ran again.
+    Unsteady(Stage),
 }
 
 impl std::fmt::Display for TapeError {
@@ -53,6 +61,7 @@ impl std::fmt::Display for TapeError {
             TapeError::Film(error) => error.fmt(f),
             TapeError::Nothing => write!(f, "no ray of this picture comes to that depth and queue"),
             TapeError::Unfit(why) => write!(f, "the tape does not fit the scene: {why}"),
+            TapeError::Unsteady(stage) => write!(f, "{} does not come to the same in every run", stage.name()),
         }
     }
 }
@@ -154,6 +163,19 @@ pub struct Run {
     pub hash: u64,
 }
 
+/// What runs of one stage alone came to.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Alone {
+    /// How often the step calls it.
+    pub calls: u32,
+    /// Rays into it, of all calls together.
+    pub rays: u64,
+    /// The time of all calls, run by run.
+    pub times: Vec<Duration>,
+    /// A hash of all queues behind every call.
+    pub hash: u64,
+}
+
 /// A tape, ready to be run.
 #[derive(Debug)]
 pub struct Replay<'a> {
@@ -178,9 +200,84 @@ impl<'a> Replay<'a> {
 
     /// Runs the step once.
     pub fn run(&mut self) -> Run {
+        self.load();
+        self.calls(0..u64::MAX);
+        let hash = result_hash(&mut self.batch, self.tape.depth);
+        let at = &self.batch.recorder.stats.depths[self.tape.depth as usize];
+        let (counts, times) = (&at.counts[self.tape.source as usize], &at.times[self.tape.source as usize]);
+        let stages = Stage::ALL.into_iter().filter(|&stage| counts.stages[stage as usize] > 0);
+        let stages = stages.map(|stage| (stage, counts.stages[stage as usize], times[stage as usize])).collect();
+        Run { stages, hash }
+    }
+
+    /// Runs one stage alone, again and again: goes through the step call by call, and at each call of the stage, of which there may be
+    /// one for every kind of material, keeps what it finds, to run it from there so many times. No ray, no call.
+    ///
+    /// # Errors
+    ///
+    /// A run comes to something else than the first one, or all calls together to something else than the step at once.
+    pub fn run_alone(&mut self, stage: Stage, runs: usize) -> Result<Alone, TapeError> {
+        let whole = self.run();
+        let calls = self.batch.recorder.calls;
+        self.load();
+        let mut kept = Kept::default();
+        let mut alone = Alone { calls: 0, rays: 0, times: vec![Duration::ZERO; runs], hash: FNV };
+        let mut counted = Vec::new();
+        for call in 0..calls {
+            kept.keep(&mut self.batch, self.tape.depth);
+            self.film.clear();
+            let (counts, _) = self.calls(call..call + 1);
+            counted.push(counts);
+            let rays = counts.stages[stage as usize];
+            if rays == 0 {
+                continue;
+            }
+            let first = self.queues_hash();
+            for time in &mut alone.times {
+                kept.restore(&mut self.batch, self.tape.depth);
+                self.film.clear();
+                let (again, times) = self.calls(call..call + 1);
+                *time += times[stage as usize];
+                if again != counts || self.queues_hash() != first {
+                    return Err(TapeError::Unsteady(stage));
+                }
+            }
+            alone.calls += 1;
+            alone.rays += rays;
+            alone.hash = (alone.hash ^ first).wrapping_mul(PRIME);
+        }
+        let into = |stage: &(Stage, u64, Duration)| {
+            stage.1 == counted.iter().map(|counts| counts.stages[stage.0 as usize]).sum::<u64>()
+        };
+        let same = result_hash(&mut self.batch, self.tape.depth) == whole.hash && whole.stages.iter().all(into);
+        if same { Ok(alone) } else { Err(TapeError::Unsteady(stage)) }
+    }
+
+    /// Runs some of the step's calls of stages, by number, and tells what they counted and how long they took.
+    fn calls(&mut self, window: Range<u64>) -> (Counts, [Duration; Stage::ALL.len()]) {
+        let Replay { context, batch, film, tape } = self;
+        batch.recorder.stats = Stats::new(context.scene.settings.max_depth);
+        (batch.recorder.window, batch.recorder.calls) = (window, 0);
+        bounce(context, (tape.depth, tape.source), batch, &mut film.tile_mut());
+        let at = &batch.recorder.stats.depths[tape.depth as usize];
+        (at.counts[tape.source as usize], at.times[tape.source as usize])
+    }
+
+    /// Hashes what is in the queues, by its text, and the film's pixels of the samples.
+    fn queues_hash(&self) -> u64 {
+        let Batch { levels, rays, hits, sorted, draws, shadows, contributions, samples, .. } = &self.batch;
+        let mut hash = TextHash(FNV);
+        let pixels = self.film.pixels();
+        let of_samples = samples.view().pixel.iter().map(|&pixel| pixels.get(pixel as usize)).collect::<Vec<_>>();
+        let all = (levels, rays, hits, sorted, draws, shadows, contributions, samples, of_samples);
+        write!(hash, "{all:?}").expect("a hash takes all that is written");
+        hash.0
+    }
+
+    /// Makes the batch what it is when the step begins: the tape's rays are taken.
+    fn load(&mut self) {
         let Replay { context, batch, film, tape } = self;
         film.clear();
-        batch.recorder.stats = Stats::new(context.scene.settings.max_depth);
         batch.stacks.reset();
         let dielectrics = context.scene.materials.dielectric.view();
         let enter = |set: &Vec<u32>| {
@@ -194,31 +291,79 @@ impl<'a> Replay<'a> {
             let key = PixelKey::new(x, y);
             batch.samples.push(Sample { pixel, key, number, light: Light::NONE, rays: 0, rejected: 0 });
         }
+        batch.rays.clear();
         for row in 0..tape.rays.len() {
             let ray = tape.rays.get(row);
-            let ray = PathRay { media: media[ray.media.0 as usize], ..ray };
-            match tape.source {
-                RaySource::Primary => batch.levels.primary.push(ray),
-                RaySource::Reflection | RaySource::Merged => batch.levels.at(tape.depth).0.reflection.push(ray),
-                RaySource::Transmission => batch.levels.at(tape.depth).0.transmission.push(ray),
-            }
+            batch.rays.push(PathRay { media: media[ray.media.0 as usize], ..ray });
         }
-        step(context, batch, &mut film.tile_mut());
-        let hash = result_hash(batch, tape.depth);
-        let at = &batch.recorder.stats.depths[tape.depth as usize];
-        let (counts, times) = (&at.counts[tape.source as usize], &at.times[tape.source as usize]);
-        let stages = Stage::ALL.into_iter().filter(|&stage| counts.stages[stage as usize] > 0);
-        let stages = stages.map(|stage| (stage, counts.stages[stage as usize], times[stage as usize])).collect();
-        Run { stages, hash }
+    }
+}
+
+/// What stages take from a batch or change in their place, and how many rays wait behind the step. All else that stages write they
+/// empty before, or write to the same once more.
+#[derive(Debug, Default)]
+struct Kept {
+    rays: PathRayColumns,
+    hits: HitColumns,
+    samples: SampleColumns,
+    shadows: ShadowQueue,
+    contributions: ContributionQueue,
+    /// Transmissions of this depth, reflections and transmissions of the next.
+    waiting: [usize; 3],
+}
+
+impl Kept {
+    fn keep(&mut self, batch: &mut Batch, depth: u32) {
+        macro_rules! copy {
+            ($($column:ident)*) => {$(
+                self.$column.clear();
+                self.$column.extend_from_view(batch.$column.view());
+            )*};
+        }
+        copy!(rays hits samples shadows contributions);
+        let (here, next) = batch.levels.at(depth);
+        let [reflections, transmissions] = next.map_or([0; 2], |next| [next.reflection.len(), next.transmission.len()]);
+        self.waiting = [here.transmission.len(), reflections, transmissions];
+    }
+
+    /// Puts it back into the same memory.
+    fn restore(&self, batch: &mut Batch, depth: u32) {
+        macro_rules! copy {
+            ($($column:ident)*) => {$(
+                batch.$column.clear();
+                batch.$column.extend_from_view(self.$column.view());
+            )*};
+        }
+        copy!(rays hits samples shadows contributions);
+        let (here, next) = batch.levels.at(depth);
+        here.transmission.truncate(self.waiting[0]);
+        if let Some(next) = next {
+            next.reflection.truncate(self.waiting[1]);
+            next.transmission.truncate(self.waiting[2]);
+        }
+    }
+}
+
+/// FNV-1a's start and prime of 64 bits.
+const FNV: u64 = 0xcbf2_9ce4_8422_2325;
+const PRIME: u64 = 0x0000_0100_0000_01b3;
+
+/// FNV-1a of what is written.
+struct TextHash(u64);
+
+impl std::fmt::Write for TextHash {
+    fn write_str(&mut self, text: &str) -> std::fmt::Result {
+        self.0 = text.bytes().fold(self.0, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(PRIME));
+        Ok(())
     }
 }
 
 /// Hashes what a step has left, and takes the rays that it sent out of the queues.
 fn result_hash(batch: &mut Batch, depth: u32) -> u64 {
-    let mut hash = 0xcbf2_9ce4_8422_2325u64;
+    let mut hash = FNV;
     let mut add = |word: u32| {
         // FNV-1a, by words.
-        hash = (hash ^ u64::from(word)).wrapping_mul(0x0000_0100_0000_01b3);
+        hash = (hash ^ u64::from(word)).wrapping_mul(PRIME);
     };
     for row in 0..batch.hits.len() {
         let hit = batch.hits.get(row);

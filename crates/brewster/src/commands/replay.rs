@@ -1,6 +1,5 @@
-//! `brewster replay`: one step of a batch, again and again.
+//! `brewster replay`: one step of a batch, or one stage of it, again and again.
 
-use std::fmt::Write as _;
 use std::fs::File;
 use std::io::{Read, Write as _};
 use std::path::{Path, PathBuf};
@@ -21,7 +20,8 @@ use super::scene::SceneArguments;
 use super::values::{self, INTEGRATORS};
 use super::{Failure, print};
 
-/// Records the rays that wait in a queue, or runs them through their step again and again, and tells how long each stage takes.
+/// Records the rays that wait in a queue, or runs them through their step, or one stage of it, again and again, and tells how long that
+/// takes.
 #[derive(Debug, Args)]
 #[command(group = ArgGroup::new("what").required(true).args(["dump", "tape"]))]
 pub(crate) struct Arguments {
@@ -60,8 +60,8 @@ pub(crate) struct Arguments {
     /// Runs that are timed, after one to warm up.
     #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     runs: u32,
-    /// Tell of this stage alone.
-    #[arg(long, value_name = "NAME", value_parser = stage)]
+    /// Run this stage alone: what it finds when the step comes to it is kept, and every run starts from that.
+    #[arg(long, value_name = "NAME", value_parser = stage, requires = "tape")]
     stage: Option<Stage>,
     /// The instruction set that kernels run on; without it, the best of this machine.
     #[arg(long, value_name = "NAME", value_parser = level)]
@@ -126,46 +126,42 @@ fn replay(arguments: &Arguments, path: &Path) -> Result<(), Failure> {
     let replay = Replay::new(session.buffers(), header.camera(), policy, &tape);
     let mut replay = replay.map_err(|error| bad(&error))?;
     let first = replay.run();
-    let runs: Vec<Run> = (0..arguments.runs).map(|_| replay.run()).collect();
+    let (runs, level) = (arguments.runs, policy.level.name());
+    let mut table = format!("{} rays of the {} queue at depth {}, ", tape.rays.len(), tape.source.name(), tape.depth);
+    let names =
+        format!("{:20} {:>8} {:>11} {:>11} {:>11} {:>9}\n", "stage", "rays", "median ms", "least", "most", "Mrays/s");
+    if let Some(stage) = arguments.stage {
+        if first.stages.iter().all(|row| row.0 != stage) {
+            let others: Vec<&str> = first.stages.iter().map(|row| row.0.name()).collect();
+            return Err(bad(&format!("its step runs no {}; it runs {}", stage.name(), others.join(", "))));
+        }
+        let alone = replay.run_alone(stage, runs as usize).map_err(|error| bad(&error))?;
+        let calls = if alone.calls == 1 { "call".to_owned() } else { format!("{} calls", alone.calls) };
+        table += &format!("{runs} runs of one stage on {level}, result {:016x} in every run\n", alone.hash);
+        table += &format!("the step's result is {:016x} at once and call by call\n\n{names}", first.hash);
+        table += &row(stage, alone.rays, alone.times);
+        table += &format!("\na run is the step's {calls} of the stage\n");
+        return print(table);
+    }
+    let runs: Vec<Run> = (0..runs).map(|_| replay.run()).collect();
     if let Some(other) = runs.iter().find(|run| run.hash != first.hash) {
         return Err(bad(&format!("runs differ: {:016x} is not {:016x}", other.hash, first.hash)));
     }
-    let stages: Vec<_> = first.stages.iter().filter(|row| arguments.stage.is_none_or(|stage| stage == row.0)).collect();
-    if stages.is_empty() {
-        return Err(bad(&"no ray of it goes through that stage"));
-    }
-    let mut table = format!(
-        "{} rays of the {} queue at depth {}, {} runs on {}, result {:016x} in every run\n\n{:20} {:>8} {:>11} {:>11} {:>11} {:>9}\n",
-        tape.rays.len(),
-        tape.source.name(),
-        tape.depth,
-        arguments.runs,
-        policy.level.name(),
-        first.hash,
-        "stage",
-        "rays",
-        "median ms",
-        "least",
-        "most",
-        "Mrays/s",
-    );
-    for &&(stage, rays, _) in &stages {
-        let mut times: Vec<Duration> =
-            runs.iter().filter_map(|run| run.stages.iter().find(|row| row.0 == stage)).map(|row| row.2).collect();
-        times.sort();
-        let [median, least, most] = [times.len() / 2, 0, times.len() - 1].map(|place| times[place].as_secs_f64());
-        let rate = if median > 0.0 { rays as f64 / median * 1e-6 } else { 0.0 };
-        writeln!(
-            table,
-            "{:20} {rays:>8} {:>11.4} {:>11.4} {:>11.4} {rate:>9.2}",
-            stage.name(),
-            median * 1e3,
-            least * 1e3,
-            most * 1e3
-        )
-        .expect("a string takes all that is written");
+    table += &format!("{} runs on {level}, result {:016x} in every run\n\n{names}", runs.len(), first.hash);
+    for &(stage, rays, _) in &first.stages {
+        let times = runs.iter().filter_map(|run| run.stages.iter().find(|row| row.0 == stage)).map(|row| row.2);
+        table += &row(stage, rays, times.collect());
     }
     print(table)
+}
+
+/// A stage's line in the table.
+fn row(stage: Stage, rays: u64, mut times: Vec<Duration>) -> String {
+    times.sort();
+    let [median, least, most] = [times.len() / 2, 0, times.len() - 1].map(|place| times[place].as_secs_f64());
+    let rate = if median > 0.0 { rays as f64 / median * 1e-6 } else { 0.0 };
+    let [median, least, most] = [median, least, most].map(|seconds| seconds * 1e3);
+    format!("{:20} {rays:>8} {median:>11.4} {least:>11.4} {most:>11.4} {rate:>9.2}\n", stage.name())
 }
 
 /// Bytes of the largest tape that is read.
@@ -180,7 +176,8 @@ fn session(arguments: &Arguments, settings: SettingsChoices) -> Result<Session, 
 
 fn stage(name: &str) -> Result<Stage, String> {
     let found = Stage::ALL.into_iter().find(|stage| stage.name() == name);
-    found.ok_or_else(|| format!("expected one of {}", Stage::ALL.map(Stage::name).join(", ")))
+    let of_steps = || Stage::ALL.into_iter().filter(|stage| !matches!(stage, Stage::Generate | Stage::Fold));
+    found.ok_or_else(|| format!("expected one of {}", of_steps().map(Stage::name).collect::<Vec<_>>().join(", ")))
 }
 
 fn level(name: &str) -> Result<Level, String> {

@@ -19,10 +19,30 @@ fn a_tape_runs_to_the_same_result_on_every_instruction_set() {
         let out = desk.run("replay scene.ron --tape a.tape --runs 3").expect(0, "").out;
         assert!(out.contains(&format!("{rays} rays of the {queue} queue at depth {bounce}")), "{out}");
         assert!(out.contains("\ntrace ") && out.contains("\nsort ") && out.contains("\nshadow "), "{out}");
-        let plain =
-            desk.run("replay scene.ron --tape a.tape --runs 2 --level baseline --stage trace").expect(0, "").out;
+        let plain = desk.run("replay scene.ron --tape a.tape --runs 2 --level baseline").expect(0, "").out;
         assert_eq!(hash(&plain), hash(&out));
-        assert!(!plain.contains("\nsort "), "{plain}");
+    }
+}
+
+/// Every stage of a step runs alone on as many rays as in the whole step, and comes to the same again and on other registers; the calls
+/// one by one come to what the step comes to.
+#[test]
+fn one_stage_runs_alone_as_in_its_step() {
+    let desk = Desk::with_scene();
+    desk.run("replay scene.ron --dump a.tape --bounce 1 --queue reflection").expect(0, "");
+    let whole = desk.run("replay scene.ron --tape a.tape --runs 1").expect(0, "").out;
+    let rows = whole.split_once("\n\n").expect("a table").1.lines().skip(1);
+    let rows: Vec<Vec<&str>> = rows.map(|row| row.split_whitespace().collect()).collect();
+    assert!(rows.len() > 6, "{whole}");
+    for row in rows {
+        let [best, plain] = ["", " --level baseline"].map(|level| {
+            let stage = row[0];
+            desk.run(&format!("replay scene.ron --tape a.tape --runs 2 --stage {stage}{level}")).expect(0, "").out
+        });
+        assert_eq!(hash(&best), hash(&plain), "{best}{plain}");
+        assert!(best.contains(&format!("step's result is {}", hash(&whole))), "{best}");
+        let alone = best.lines().find(|line| line.starts_with(row[0])).expect("a row");
+        assert_eq!(alone.split_whitespace().nth(1), Some(row[1]), "{best}");
     }
 }
 
@@ -51,7 +71,9 @@ fn bad_tapes_are_told_from_good_ones() {
         desk.run("replay scene.ron --tape bad.tape").expect(1, expected);
     }
     desk.run("replay scene.ron --tape a.tape --set materials.glass.ior=1.6").expect(1, "another state of the scene");
-    desk.run("replay scene.ron --tape a.tape --stage scatter_metal").expect(1, "no ray of it goes through that stage");
+    desk.run("replay scene.ron --tape a.tape --stage fly")
+        .expect(1, "its step runs no fly; it runs order, trace, absorb");
+    desk.run("replay scene.ron --tape a.tape --stage tracing").expect(2, "expected one of order, trace, absorb, fly");
     desk.run("replay scene.ron --dump b.tape --bounce 1 --queue primary").expect(1, "no ray of this picture comes");
     desk.run("replay scene.ron").expect(2, "--dump");
     desk.run("replay scene.ron --tape a.tape --bounce 2").expect(2, "cannot be used with");

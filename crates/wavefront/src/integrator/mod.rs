@@ -70,9 +70,16 @@ pub fn begin(context: &Context<'_>, numbers: Range<u32>, batch: &mut Batch, tile
 /// Until the next step, the batch holds what this one did: the rays, their weights behind the media on their way; their hits,
 /// and these by kind of material. What the hits sent waits in the levels.
 pub fn step(context: &Context<'_>, batch: &mut Batch, tile: &mut FilmTile<'_>) -> Option<(u32, RaySource)> {
+    let at = batch.levels.take(context.policy.order, &mut batch.rays)?;
+    bounce(context, at, batch, tile);
+    Some(at)
+}
+
+/// The step of rays that the batch has taken, of a depth and queue.
+pub(crate) fn bounce(context: &Context<'_>, at: (u32, RaySource), batch: &mut Batch, tile: &mut FilmTile<'_>) {
     match context.scene.settings.integrator {
-        Integrator::Whitted => whitted::step(context, batch, tile),
-        Integrator::Path => path::step(context, batch, tile),
+        Integrator::Whitted => whitted::bounce(context, at, batch, tile),
+        Integrator::Path => path::bounce(context, at, batch, tile),
     }
 }
 
@@ -95,9 +102,9 @@ fn run(context: &Context<'_>) -> usize {
     (context.policy.capacity / shadow_rays(context)).max(1)
 }
 
-/// Takes the rays that go next to what they meet: escaped ones get the background, those that meet light its radiance; the
-/// others' hits are left sorted by kind of material. Tells the rays' depth and queue; nothing when no ray waits.
-fn meet(context: &Context<'_>, batch: &mut Batch, tile: &mut FilmTile<'_>) -> Option<(u32, RaySource)> {
+/// Takes the rays to what they meet: escaped ones get the background, those that meet light its radiance; the others' hits are
+/// left sorted by kind of material.
+fn meet(context: &Context<'_>, (depth, source): (u32, RaySource), batch: &mut Batch, tile: &mut FilmTile<'_>) {
     let Batch {
         levels,
         rays,
@@ -113,7 +120,6 @@ fn meet(context: &Context<'_>, batch: &mut Batch, tile: &mut FilmTile<'_>) -> Op
         recorder,
         ..
     } = batch;
-    let (depth, source) = levels.take(context.policy.order, rays)?;
     let at = |stage| (stage, depth, source);
     recorder.stage(at(Stage::Order), rays.len(), |_| order(context, rays, ordered));
     recorder.stage(at(Stage::Trace), rays.len(), |counts| {
@@ -157,5 +163,4 @@ fn meet(context: &Context<'_>, batch: &mut Batch, tile: &mut FilmTile<'_>) -> Op
     recorder.stage(at(Stage::Gather), contributions.len(), |counts| {
         gather(context, depth, contributions, samples.view_mut(), tile, attribution, counts);
     });
-    Some((depth, source))
 }

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use brewster_film::FilmTile;
 
-use super::{begin, end, meet, run};
+use super::{begin, end, meet, run, step};
 use crate::batch::Batch;
 use crate::context::Context;
 use crate::queues::RaySource;
@@ -19,9 +19,14 @@ pub fn path(context: &Context<'_>, samples: Range<u32>, batch: &mut Batch, tile:
     end(batch, tile);
 }
 
-/// One step of [`super::step`].
-pub(super) fn step(context: &Context<'_>, batch: &mut Batch, tile: &mut FilmTile<'_>) -> Option<(u32, RaySource)> {
-    let (depth, source) = meet(context, batch, tile)?;
+/// [`super::bounce`].
+pub(super) fn bounce(
+    context: &Context<'_>,
+    (depth, source): (u32, RaySource),
+    batch: &mut Batch,
+    tile: &mut FilmTile<'_>,
+) {
+    meet(context, (depth, source), batch, tile);
     let run = run(context);
     let Batch {
         levels,
@@ -87,5 +92,4 @@ pub(super) fn step(context: &Context<'_>, batch: &mut Batch, tile: &mut FilmTile
         None,
         scatter_medium(scatterings.slice(start..scatterings.len().min(start + run)))
     ));
-    Some((depth, source))
 }

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use brewster_film::FilmTile;
 
-use super::{begin, end, meet, run};
+use super::{begin, end, meet, run, step};
 use crate::batch::Batch;
 use crate::context::Context;
 use crate::queues::RaySource;
@@ -19,9 +19,14 @@ pub fn whitted(context: &Context<'_>, samples: Range<u32>, batch: &mut Batch, ti
     end(batch, tile);
 }
 
-/// One step of [`super::step`].
-pub(super) fn step(context: &Context<'_>, batch: &mut Batch, tile: &mut FilmTile<'_>) -> Option<(u32, RaySource)> {
-    let (depth, source) = meet(context, batch, tile)?;
+/// [`super::bounce`].
+pub(super) fn bounce(
+    context: &Context<'_>,
+    (depth, source): (u32, RaySource),
+    batch: &mut Batch,
+    tile: &mut FilmTile<'_>,
+) {
+    meet(context, (depth, source), batch, tile);
     let run = run(context);
     let Batch { levels, rays, sorted, shadows, scratch, contributions, samples, stacks, attribution, recorder, .. } =
         batch;
@@ -59,5 +64,4 @@ pub(super) fn step(context: &Context<'_>, batch: &mut Batch, tile: &mut FilmTile
     shade!(Stage::ShadeDielectric, sorted.dielectric, |hits, queues, counts| {
         shade_dielectric(context, rays, &hits, stacks, continuation, queues, counts)
     });
-    Some((depth, source))
 }

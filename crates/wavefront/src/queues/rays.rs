@@ -201,6 +201,11 @@ impl<Source> RayQueue<Source> {
         self.rays.truncate(kept);
     }
 
+    /// Drops the rays from `len` on; keeps the memory.
+    pub fn truncate(&mut self, len: usize) {
+        self.rays.truncate(len);
+    }
+
     /// Bytes of memory taken.
     pub fn bytes(&self) -> usize {
         self.rays.capacity() * PathRayColumns::BYTES_PER_ROW
