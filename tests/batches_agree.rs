@@ -2,8 +2,10 @@
 //! capacity, either queue first or both as one, rays sorted by any key or not, by every kernel on every instruction set, all samples
 //! in one pass or few at a time, and without any queue.
 
+use std::sync::Arc;
+
 use brewster_buffers::SceneBuffers;
-use brewster_geometry::Kernel;
+use brewster_geometry::{Kernel, ObvhsTrees};
 use brewster_lanes::Level;
 use brewster_wavefront::queues::RaySource;
 use brewster_wavefront::stats::DepthStats;
@@ -87,7 +89,13 @@ fn in_any_order_on_every_instruction_set() {
         (QueueOrder::ReflectionFirst, SortKey::Morton, Kernel::Packets, 4096),
         (QueueOrder::Merged, SortKey::OctantMorton, Kernel::Wave, 50),
         (QueueOrder::Merged, SortKey::None, Kernel::Packets, 4096),
+        (QueueOrder::ReflectionFirst, SortKey::None, Kernel::Obvhs, 4096),
     ];
+    let with_obvhs = |mut scene: SceneBuffers| {
+        let eye = scene.cameras[0].position.abs().max_element();
+        scene.trees.obvhs = Some(Arc::new(ObvhsTrees::build(&scene.geometry(), eye)));
+        scene
+    };
     let mut policies = Vec::new();
     for level in Level::available() {
         policies.extend(cases.map(|(order, sort, kernel, capacity)| Policy {
@@ -101,10 +109,10 @@ fn in_any_order_on_every_instruction_set() {
         }));
     }
     for name in ["colored_shadows", "fog", "nested", "principled", "shapes", "smooth", "moving", "moving_paths"] {
-        check(name, &scene(name), policies.iter().copied());
+        check(name, &with_obvhs(scene(name)), policies.iter().copied());
     }
     for name in PATHS {
-        check(name, &small_reference(name), policies.iter().copied());
+        check(name, &with_obvhs(small_reference(name)), policies.iter().copied());
     }
 }
 

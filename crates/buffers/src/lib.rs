@@ -98,6 +98,7 @@ impl SceneBuffers {
             mesh_trees: &self.trees.meshes,
             top: &self.trees.top,
             planes: &self.trees.planes,
+            obvhs: self.trees.obvhs.as_deref(),
         }
     }
 }

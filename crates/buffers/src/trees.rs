@@ -1,6 +1,8 @@
 //! How rays find instances and triangles.
 
-use brewster_geometry::{MeshTree, TopTree};
+use std::sync::Arc;
+
+use brewster_geometry::{MeshTree, ObvhsTrees, TopTree};
 
 /// One bottom-level tree per mesh, one top level over all instances that have an end, and a list of those without.
 #[derive(Clone, Debug, Default)]
@@ -11,4 +13,6 @@ pub struct Trees {
     pub top: TopTree,
     /// Instances that are planes without end, in order.
     pub planes: Vec<u32>,
+    /// obvhs's trees over the same leaves, for those who compare traversals. Flattening makes none.
+    pub obvhs: Option<Arc<ObvhsTrees>>,
 }

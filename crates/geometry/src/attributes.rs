@@ -232,6 +232,7 @@ mod tests {
                 mesh_trees: &[],
                 top: &self.top,
                 planes: &[],
+                obvhs: None,
             }
         }
     }

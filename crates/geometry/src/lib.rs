@@ -34,6 +34,7 @@
 //!     mesh_trees: &[],
 //!     top: &top,
 //!     planes: &planes,
+//!     obvhs: None,
 //! };
 //!
 //! // One ray, from the ground straight up.
@@ -97,7 +98,7 @@ pub use surfaces::surfaces;
 pub use torus::Torus;
 pub use transform::{Affine, TransformError};
 pub use traverse::{
-    Kernel, RayByRay, RayMemory, Visits, closest_hits, closest_hits_by, occluded, occluded_by, visits,
+    Kernel, ObvhsTrees, RayByRay, RayMemory, Visits, closest_hits, closest_hits_by, occluded, occluded_by, visits,
     visits_until_blocked,
 };
 pub use tree::{Instances, MeshTree, TopTree, TreeBuilder, TreeError};

@@ -5,6 +5,7 @@ use crate::motion::{Motions, Place};
 use crate::ray::Ray;
 use crate::shape::{ShapeRef, ShapeTable};
 use crate::transform::Affine;
+use crate::traverse::ObvhsTrees;
 use crate::tree::{Instances, MeshTree, TopTree};
 
 /// Placed shapes and their trees, borrowed from whoever keeps them.
@@ -28,6 +29,8 @@ pub struct SceneGeometry<'a> {
     pub top: &'a TopTree,
     /// The instances that are planes without end, in order.
     pub planes: &'a [u32],
+    /// What [`Kernel::Obvhs`](crate::Kernel::Obvhs) walks in place of our trees.
+    pub obvhs: Option<&'a ObvhsTrees>,
 }
 
 impl<'a> SceneGeometry<'a> {

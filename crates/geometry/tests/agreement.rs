@@ -40,11 +40,16 @@ pub(crate) fn check(name: &str, scene: &Scene, rays: &RayColumns) {
     let rays = rays.view();
     let expected: Vec<Hit> = (0..rays.len()).map(|i| scene.geometry().brute_force(&rays.get(i))).collect();
     let bits = |hit: &Hit| (hit.t.to_bits(), hit.u.to_bits(), hit.v.to_bits(), hit.instance, hit.primitive);
-    let kernels = [Kernel::Packets, Kernel::Wave, Kernel::Single];
+    let kernels = [Kernel::Packets, Kernel::Wave, Kernel::Single, Kernel::Obvhs];
+    // For rays that start twice as far out as the scene reaches: the others go through our trees.
+    let bounds = scene.top.bounds();
+    let reach = if bounds.is_empty() { 1.0 } else { bounds.min.abs().max(bounds.max.abs()).max_element() };
+    let trees = ObvhsTrees::build(&scene.geometry(), 2.0 * reach);
+    let geometry = SceneGeometry { obvhs: Some(&trees), ..scene.geometry() };
     for (level, kernel) in Level::available().into_iter().flat_map(|level| kernels.map(|kernel| (level, kernel))) {
         let mut found = HitColumns::new();
         found.resize(rays.len(), Hit::miss());
-        closest_hits_by(kernel, &scene.geometry(), level, rays, found.view_mut());
+        closest_hits_by(kernel, &geometry, level, rays, found.view_mut());
         for (i, expected) in expected.iter().enumerate() {
             assert_eq!(
                 bits(&found.get(i)),
@@ -65,7 +70,7 @@ pub(crate) fn check(name: &str, scene: &Scene, rays: &RayColumns) {
             })
             .collect();
         let mut out = vec![false; rays.len()];
-        occluded_by(kernel, &scene.geometry(), level, rays, &limits, &mut out);
+        occluded_by(kernel, &geometry, level, rays, &limits, &mut out);
         let mut memory = RayMemory::default();
         let mut one = RayByRay::new(scene.geometry(), level, &mut memory);
         for (i, hit) in expected.iter().enumerate() {

@@ -85,6 +85,7 @@ impl Scene {
             mesh_trees: &self.mesh_trees,
             top: &self.top,
             planes: &self.planes,
+            obvhs: None,
         }
     }
 

@@ -33,7 +33,7 @@ pub struct Study {
     pub samples: Option<u32>,
     /// Rounds of measurement.
     pub rounds: u32,
-    /// Rounds before these.
+    /// Runs before a block that are thrown away.
     pub warm_up: u32,
 }
 
@@ -145,6 +145,8 @@ choices! {
         Wave,
         /// One by one.
         Single,
+        /// One by one, by obvhs's traversal.
+        Obvhs,
     }
 }
 

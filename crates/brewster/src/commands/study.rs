@@ -1,7 +1,6 @@
 //! `brewster study`: which way of scheduling is faster.
 
 use std::cell::RefCell;
-use std::collections::HashSet;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
@@ -19,8 +18,8 @@ use crate::terminal::Terminal;
 
 /// Measures which way of scheduling is faster, fairly and with the evidence kept.
 ///
-/// A study file in RON, or the options, name scenes, policies and parameters. Every scene is rendered by every policy in turn, forward
-/// and backward; every picture is checked. What is found goes to a folder DATE-NAME with a report. Ctrl-C ends the study with a report
+/// A study file in RON, or the options, name scenes, policies and parameters. Every scene is rendered by every policy in turn, between
+/// two pictures of the baseline; every picture is checked. What is found goes to a folder DATE-NAME with a report. Ctrl-C ends the study with a report
 /// of the whole rounds so far.
 #[derive(Debug, Args)]
 #[command(group = ArgGroup::new("what").required(true).multiple(true).args(["file", "scene"]))]
@@ -98,6 +97,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         *done.borrow_mut() += 1;
     };
     let watch = Watch { stop: &stop, step: &step };
+    let intervals = study::intervals(&study, &subjects);
     let mut results = Results {
         version: VERSION,
         program: PROGRAM,
@@ -107,6 +107,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         commit: study::commit(),
         rounds: study.rounds,
         complete: false,
+        intervals,
+        confidence: study::confidence(intervals),
         machine: Machine::look(),
         experiments: Vec::new(),
         qualities: Vec::new(),
@@ -129,7 +131,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
             folder.write_results(&results)?;
         }
         if study.parameters.len() > 1 && !stop() {
-            results.qualities.push(study::quality(&study, scene, &subjects[0], &watch)?);
+            results.qualities.push(study::quality(&study, scene, &subjects, &watch)?);
             folder.write_results(&results)?;
         }
     }
@@ -182,15 +184,13 @@ fn check(session: &Session) -> Result<(), SessionError> {
     session.render(RenderOptions { threads: 1, ..RenderOptions::default() }).map(|_: Render<'_>| ())
 }
 
-/// Runs of all experiments, with the counting ones.
+/// Blocks of all experiments, and the counting runs.
 fn steps(study: &Study, subjects: &[study::Subject]) -> u64 {
-    let turns = 2 * u64::from(study.warm_up + study.rounds);
-    let policy_turns = 2 * u64::from(study.warm_up + study.policy_rounds());
-    let (policies, sets) = (subjects.len() as u64 + 1, study.parameters.len() as u64);
-    let ways = subjects.iter().map(|subject| subject.tree).collect::<HashSet<_>>().len() as u64;
-    let builds = if ways > 1 { (ways + 1) * turns } else { 0 };
-    let quality = if sets > 1 { (sets + 1) * turns } else { 0 };
-    study.scenes.len() as u64 * (sets * (policies * (policy_turns + 1) + builds) + quality)
+    let if_many = |number: u64| if number > 1 { number * u64::from(study.rounds) } else { 0 };
+    let (policies, sets) = (subjects.len() as u64, study.parameters.len() as u64);
+    let counting_and_blocks = policies + 1 + policies * u64::from(study.policy_rounds());
+    let builds = if_many(study::ways(subjects).len() as u64);
+    study.scenes.len() as u64 * (sets * (counting_and_blocks + builds) + if_many(sets))
 }
 
 /// Renders once more and writes what every worker did when.

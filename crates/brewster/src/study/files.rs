@@ -10,6 +10,7 @@ use std::{fs, io};
 use brewster::film::{FilmError, LinearImage, PngSettings, write_atomically, write_png};
 
 use super::counters::Counted;
+use super::measure::{Block, Clock};
 use super::record::{Experiment, QueueRow, Results, StageRow};
 use super::report;
 use super::statistics::{Estimate, Verdict};
@@ -130,15 +131,15 @@ pub(crate) fn commit() -> Option<String> {
 }
 
 /// Comma-separated tables; each begins with a row of names.
-fn tables(results: &Results) -> [(&'static str, String); 7] {
+fn tables(results: &Results) -> [(&'static str, String); 8] {
     let experiments = || results.experiments.iter();
     let policies =
         || experiments().flat_map(|experiment| experiment.policies.iter().map(move |policy| (experiment, policy)));
-    let mut runs = Table::new("scene,parameters,policy,round,direction,seconds");
-    let mut rates =
-        Table::new("scene,parameters,policy,settings,mrays_per_second,speedup,low,high,verdict,queue_bytes");
+    let mut rates = Table::new(
+        "scene,parameters,policy,settings,mrays_per_second,clock,speedup,low,high,verdict,wall_speedup,wall_low,wall_high,queue_bytes",
+    );
     let mut stages = Table::new(
-        "scene,parameters,policy,depth,queue,stage,rays,calls,occupancy,seconds,bytes_read,bytes_written,operations",
+        "scene,parameters,policy,depth,queue,stage,rays,calls,occupancy,seconds,bytes_read,bytes_written,operations,gigaoperations_per_second,roof",
     );
     let mut queues = Table::new(
         "scene,parameters,policy,depth,queue,rays,taken,octant_run,material_run,nodes,instances,primitives,lengths,shadow_rays,shadow_nodes,shadow_instances,shadow_primitives",
@@ -146,18 +147,17 @@ fn tables(results: &Results) -> [(&'static str, String); 7] {
     let mut counters = Table::new("scene,parameters,policy,counter,count,count_per_ray");
     for (experiment, policy) in policies() {
         let names = [&experiment.scene, &experiment.parameters, &policy.name].map(|name| quoted(name)).join(",");
-        for (round, [forward, back]) in policy.seconds.iter().enumerate() {
-            runs.row(&[&names, &round, &"forward", forward]);
-            runs.row(&[&names, &round, &"back", back]);
-        }
         let (settings, rate) = (quoted(&policy.settings), optional(policy.rate));
-        rates.row(&[&names, &settings, &rate, &bounds(policy.speedup), &words(policy.verdict), &policy.queue_bytes]);
+        let clock = clock(experiment.clock);
+        let (ratio, wall) = (bounds(policy.speedup), bounds(policy.wall_speedup));
+        rates.row(&[&names, &settings, &rate, &clock, &ratio, &words(policy.verdict), &wall, &policy.queue_bytes]);
         for Counted { name, count } in &policy.counted {
             counters.row(&[&names, name, count, &(*count as f64 / experiment.rays.max(1) as f64)]);
         }
         for row in &policy.stages {
-            let StageRow { depth, queue, stage, rays, calls, occupancy, seconds, read, written, operations } = row;
-            stages.row(&[&names, depth, queue, stage, rays, calls, occupancy, seconds, read, written, operations]);
+            let StageRow { depth, queue, stage, rays, calls, occupancy, seconds, .. } = row;
+            let work = [row.read, row.written, row.operations].map(|number| number.to_string()).join(",");
+            stages.row(&[&names, depth, queue, stage, rays, calls, occupancy, seconds, &work, &row.rate, &row.roof]);
         }
         for row in &policy.queues {
             let lengths: Vec<String> = row.lengths.iter().map(u64::to_string).collect();
@@ -170,7 +170,8 @@ fn tables(results: &Results) -> [(&'static str, String); 7] {
         }
     }
     [
-        ("runs.csv", runs.0),
+        ("experiments.csv", experiments_table(results).0),
+        ("runs.csv", runs(results).0),
         ("policies.csv", rates.0),
         ("stages.csv", stages.0),
         ("queues.csv", queues.0),
@@ -178,6 +179,53 @@ fn tables(results: &Results) -> [(&'static str, String); 7] {
         ("builds.csv", builds(results).0),
         ("parameters.csv", parameters(results).0),
     ]
+}
+
+/// What was rendered, and what the baseline shows against itself.
+fn experiments_table(results: &Results) -> Table {
+    let mut table = Table::new(
+        "scene,parameters,integrator,width,height,samples,max_depth,rays,picture,rounds,clock,control,low,high,intervals,confidence,overhead",
+    );
+    for experiment in &results.experiments {
+        let Experiment { integrator, resolution: [width, height], samples, max_depth, rays, picture, .. } = experiment;
+        let names = [&experiment.scene, &experiment.parameters].map(|name| quoted(name)).join(",");
+        let size = [width, height, samples, max_depth].map(u32::to_string).join(",");
+        let (clock, control) = (clock(experiment.clock), bounds(experiment.control));
+        let level = format!("{},{}", results.intervals, results.confidence);
+        let (rounds, overhead) = (experiment.rounds, experiment.overhead);
+        table.row(&[&names, integrator, &size, rays, picture, &rounds, &clock, &control, &level, &overhead]);
+    }
+    table
+}
+
+/// Every run. What is compared stands in one row: a subject's run, and the one of the baseline beside it.
+fn runs(results: &Results) -> Table {
+    let mut table = Table::new("scene,subject,round,run,seconds,cpu_seconds,baseline_seconds,baseline_cpu_seconds");
+    let mut add = |scene: &str, subject: &str, blocks: &[Block]| {
+        let names = [scene, subject].map(quoted).join(",");
+        for (round, Block { baseline, own }) in blocks.iter().enumerate() {
+            for (run, (own, baseline)) in own.iter().zip(baseline).enumerate() {
+                let [own_cpu, baseline_cpu] = [own, baseline].map(|took| optional(took.cpu));
+                table.row(&[&names, &round, &run, &own.wall, &own_cpu, &baseline.wall, &baseline_cpu]);
+            }
+        }
+    };
+    for experiment in &results.experiments {
+        let title = experiment.title();
+        experiment.policies.iter().for_each(|policy| add(&title, &policy.name, &policy.blocks));
+        experiment.builds.iter().skip(1).for_each(|build| add(&title, &format!("trees {}", build.name), &build.blocks));
+    }
+    for quality in &results.qualities {
+        quality.parameters.iter().for_each(|set| add(&quality.scene, &set.name, &set.blocks));
+    }
+    table
+}
+
+fn clock(clock: Clock) -> &'static str {
+    match clock {
+        Clock::Wall => "wall",
+        Clock::Processor => "processor",
+    }
 }
 
 fn builds(results: &Results) -> Table {

@@ -21,4 +21,5 @@ pub(crate) use machine::Machine;
 pub(crate) use quality::quality;
 pub(crate) use record::{Results, VERSION};
 pub(crate) use run::{Watch, experiment, load};
-pub(crate) use subject::{Subject, subjects};
+pub(crate) use statistics::confidence;
+pub(crate) use subject::{Subject, intervals, subjects, ways};

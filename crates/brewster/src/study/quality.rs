@@ -6,88 +6,109 @@ use brewster::buffers::SceneBuffers;
 use brewster::film::Film;
 use brewster::import::study::{self, Study};
 
-use super::measure::{Seconds, interleave};
+use super::measure::{Block, Clock, Side, Took, in_turn};
 use super::record::{ParameterResult, Quality};
 use super::run::{Watch, load, render, renderer, scene_name};
 use super::statistics::{Estimate, Verdict, block_z, median};
-use super::subject::Subject;
+use super::subject::{Subject, intervals};
 use crate::commands::Failure;
 
+/// What a round of a set came to: its two runs and those of the first set, and the pictures of either.
+struct Round {
+    block: Block,
+    /// Linear pixels, of the first set and its own.
+    pictures: [[Vec<f32>; 2]; 2],
+}
+
+impl Round {
+    /// Variance of pixels, the first set's and its own.
+    fn variances(&self) -> [f64; 2] {
+        self.pictures.each_ref().map(|[a, b]| variance(a, b))
+    }
+
+    /// Efficiency, the first set's and its own.
+    fn efficiencies(&self, clock: Clock) -> [f64; 2] {
+        let seconds = [self.block.baseline, self.block.own].map(|[a, b]| a.on(clock) + b.on(clock));
+        std::array::from_fn(|side| 2.0 / (self.variances()[side] * seconds[side]))
+    }
+}
+
 /// Renders a scene with every set of parameters in turn, by the baseline's policy, with new seeds in every run.
-pub(crate) fn quality(study: &Study, scene: &Path, subject: &Subject, watch: &Watch<'_>) -> Result<Quality, Failure> {
+pub(crate) fn quality(
+    study: &Study,
+    scene: &Path,
+    subjects: &[Subject],
+    watch: &Watch<'_>,
+) -> Result<Quality, Failure> {
     let name = scene_name(scene);
     let sessions: Result<Vec<_>, _> =
         study.parameters.iter().map(|parameters| load(study, scene, parameters)).collect();
     let mut scenes: Vec<SceneBuffers> = sessions?.iter().map(|session| session.buffers().clone()).collect();
     scenes.insert(1, scenes[0].clone());
-    // Pictures of every subject, two a round, as linear pixels.
-    let mut pictures: Vec<Vec<[Vec<f32>; 2]>> = vec![Vec::new(); scenes.len()];
-    let seconds = interleave(scenes.len(), study.warm_up, study.rounds, watch.stop, |place, turn| {
-        let parameters = &study.parameters[place.saturating_sub(1)].name;
-        let round = turn.round.map_or("warm-up".to_owned(), |round| format!("round {} of {}", round + 1, study.rounds));
-        (watch.step)(format!("{name}: {round}, {parameters}"));
-        let buffers = &mut scenes[place];
-        // The control sees what the first set sees; all others draw numbers of their own.
-        let own = if place > 1 { place as u64 } else { 0 };
-        buffers.settings.seed = own << 32 | u64::from(2 * turn.round.unwrap_or(0)) | u64::from(turn.back);
-        let picture = render(&mut renderer(buffers, subject, false)?, buffers)?;
-        if let Some(round) = turn.round {
-            let pixels = pixels(&picture.film);
-            let rounds = &mut pictures[place];
-            rounds.resize(round as usize + 1, Default::default());
-            rounds[round as usize][usize::from(turn.back)] = pixels;
-        }
-        Ok::<f64, Failure>(picture.seconds)
+    let rounds = in_turn(scenes.len(), study.rounds, watch.stop, |place, round| {
+        let parameters = &study.parameters[place - 1].name;
+        (watch.step)(format!("{name}: round {} of {}, {parameters}", round + 1, study.rounds));
+        let mut pictures: [[Vec<f32>; 2]; 2] = Default::default();
+        let block = Block::run(|side, again| {
+            let own = if side == Side::Own { place } else { 0 };
+            let buffers = &mut scenes[own];
+            // Every block draws numbers of its own; the control sees what the first set sees.
+            let branch = 2 * place as u64 + u64::from(own > 1);
+            buffers.settings.seed = branch << 32 | u64::from(2 * round) | u64::from(again);
+            let mut renderer = renderer(buffers, &subjects[0], false)?;
+            for _ in 0..study.warm_up {
+                render(&mut renderer, buffers)?;
+            }
+            let (film, took) = render(&mut renderer, buffers)?;
+            pictures[side as usize][usize::from(again)] = pixels(&film);
+            Ok::<Took, Failure>(took)
+        })?;
+        Ok::<Round, Failure>(Round { block, pictures })
     })?;
-    let rounds = seconds.first().map_or(0, Vec::len);
-    pictures.iter_mut().for_each(|all| all.truncate(rounds));
-    if pictures[0] != pictures[1] {
+    if rounds[1].iter().any(|Round { pictures: [first, twin], .. }| first != twin) {
         return Err(Failure::Input(format!("{name}: the same seeds gave other pictures; the study fails")));
     }
     let width = scenes[0].settings.resolution.x as usize;
-    Ok(quality_of(study, name, &seconds, &pictures, width))
+    let clock = if subjects[0].threads == 1 { Clock::Processor } else { Clock::Wall };
+    Ok(quality_of(study, name, &rounds, (clock, intervals(study, subjects)), width))
 }
 
+/// `rounds` are those of every set, behind the control's.
 fn quality_of(
     study: &Study,
     scene: String,
-    seconds: &Seconds,
-    pictures: &[Vec<[Vec<f32>; 2]>],
+    rounds: &[Vec<Round>],
+    (clock, intervals): (Clock, usize),
     width: usize,
 ) -> Quality {
-    let variances: Vec<Vec<f64>> =
-        pictures.iter().map(|rounds| rounds.iter().map(|[a, b]| variance(a, b)).collect()).collect();
-    let efficiencies = |place: usize| -> Vec<f64> {
-        let rounds = variances[place].iter().zip(&seconds[place]);
-        rounds.map(|(variance, [forward, back])| 2.0 / (variance * (forward + back))).collect()
-    };
-    let ratio = |place: usize| {
-        let ratios: Vec<f64> = efficiencies(place).iter().zip(efficiencies(0)).map(|(a, b)| a / b).collect();
+    let ratio = |rounds: &[Round]| {
+        let ratios = rounds.iter().map(|round| round.efficiencies(clock)).map(|[first, own]| own / first);
+        let ratios: Vec<f64> = ratios.collect();
         // Without noise there is nothing to compare.
-        Estimate::of(&ratios).filter(|_| ratios.iter().all(|ratio| ratio.is_finite()))
+        Estimate::of(&ratios, intervals).filter(|_| ratios.iter().all(|ratio| ratio.is_finite()))
     };
-    let blocks = |place: usize| -> Vec<Vec<f64>> {
-        pictures[place].iter().flatten().map(|pixels| block_means(pixels, width)).collect()
+    let blocks = |rounds: &[Round], side: usize| -> Vec<Vec<f64>> {
+        rounds.iter().flat_map(|round| &round.pictures[side]).map(|pixels| block_means(pixels, width)).collect()
     };
-    let first = blocks(0);
-    let control = ratio(1);
-    let parameters = study.parameters.iter().enumerate().map(|(number, parameters)| {
-        let place = if number == 0 { 0 } else { number + 1 };
-        let ratio = ratio(place).filter(|_| number > 0);
+    let control = ratio(&rounds[1]);
+    let parameters = study.parameters.iter().zip(&rounds[1..]).enumerate().map(|(number, (parameters, rounds))| {
+        let ratio = ratio(rounds).filter(|_| number > 0);
+        let own: Vec<f64> = rounds.iter().map(|round| round.efficiencies(clock)[1]).collect();
         ParameterResult {
             name: parameters.name.clone(),
             settings: parameter_settings(parameters),
-            seconds: seconds[place].clone(),
-            variances: variances[place].clone(),
-            efficiency: median(&efficiencies(place)).filter(|efficiency| efficiency.is_finite()),
+            blocks: rounds.iter().map(|round| round.block).collect(),
+            variances: rounds.iter().map(Round::variances).collect(),
+            efficiency: median(&own).filter(|efficiency| efficiency.is_finite()),
             ratio,
             verdict: ratio.zip(control).map(|(ratio, control)| Verdict::of(&ratio, &control)),
-            z: if number > 0 { block_z(&blocks(place), &first) } else { None },
+            z: if number > 0 { block_z(&blocks(rounds, 1), &blocks(rounds, 0)) } else { None },
         }
     });
     Quality {
         scene,
-        rounds: seconds[0].len(),
+        rounds: rounds[1].len(),
+        clock,
         control,
         trusted: control.is_some_and(|control| control.is_even()),
         parameters: parameters.collect(),

@@ -7,10 +7,11 @@ use std::fmt::Write as _;
 
 use super::counters::Counted;
 use super::machine::Machine;
+use super::measure::{Block, Clock};
 use super::statistics::{Estimate, Verdict};
 
 /// The version of the format.
-pub(crate) const VERSION: u32 = 1;
+pub(crate) const VERSION: u32 = 2;
 
 /// All of it.
 #[derive(Clone, Debug, Serialize)]
@@ -29,6 +30,10 @@ pub(crate) struct Results {
     pub rounds: u32,
     /// Whether all rounds were run.
     pub complete: bool,
+    /// Intervals in the study that are judged, controls and comparisons: together they hold the truth with 95 %.
+    pub intervals: usize,
+    /// How often each of them does, so that all do.
+    pub confidence: f64,
     pub machine: Machine,
     /// One for every scene and set of parameters.
     pub experiments: Vec<Experiment>,
@@ -52,11 +57,13 @@ pub(crate) struct Experiment {
     pub picture: String,
     /// Whole rounds that were run.
     pub rounds: usize,
+    /// The clock whose times are compared.
+    pub clock: Clock,
     /// The baseline against itself.
     pub control: Option<Estimate>,
     /// Whether the control's interval holds 1.
     pub trusted: bool,
-    /// The part of the time that looks at the clock take, for the baseline.
+    /// The largest part of a policy's time that looks at the clock take.
     pub overhead: f64,
     /// How trees were built, where policies differ in that: the baseline's way, the same once more as a control, then the others.
     pub builds: Vec<BuildResult>,
@@ -75,13 +82,15 @@ pub(crate) struct PolicyResult {
     pub of_batches: bool,
     /// The most bytes that one batch's queues took.
     pub queue_bytes: usize,
-    /// Seconds of both runs of every round.
-    pub seconds: Vec<[f64; 2]>,
+    /// Its two runs of every round with the baseline's around them; of the baseline, those with its twin.
+    pub blocks: Vec<Block>,
     /// Rays of every kind a second, in millions, in the median run.
     pub rate: Option<f64>,
     /// How many times as fast as the baseline.
     pub speedup: Option<Estimate>,
     pub verdict: Option<Verdict>,
+    /// The same on the wall's clock, where that of the processor is compared.
+    pub wall_speedup: Option<Estimate>,
     /// What the processor and the kernel counted while one picture was rendered.
     pub counted: Vec<Counted>,
     pub stages: Vec<StageRow>,
@@ -94,8 +103,8 @@ pub(crate) struct BuildResult {
     pub name: String,
     /// Bytes of the trees.
     pub bytes: usize,
-    /// Seconds of both runs of every round, on all threads.
-    pub seconds: Vec<[f64; 2]>,
+    /// Its two runs of every round, on all threads, with the baseline's around them.
+    pub blocks: Vec<Block>,
     /// Seconds of the median run.
     pub median: Option<f64>,
     /// How many times as fast as the baseline's way.
@@ -122,6 +131,10 @@ pub(crate) struct StageRow {
     pub written: u64,
     /// Operations on numbers, by a count of the sources by hand.
     pub operations: u64,
+    /// 10^9 operations a second, over all threads' time: with operations over bytes, its place on the roofline.
+    pub rate: f64,
+    /// The roof above that place, on one thread: what arithmetic lets through, or the memory that holds a batch's queues.
+    pub roof: f64,
 }
 
 /// What the rays of a queue looked like at a depth.
@@ -158,8 +171,10 @@ pub(crate) struct QueueRow {
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct Quality {
     pub scene: String,
-    /// Whole rounds that were run; each took two pictures with seeds of its own.
+    /// Whole rounds that were run; in each, a set and the first one took two pictures each with seeds of their own.
     pub rounds: usize,
+    /// The clock whose times are compared.
+    pub clock: Clock,
     /// The first set's efficiency against itself.
     pub control: Option<Estimate>,
     pub trusted: bool,
@@ -171,10 +186,10 @@ pub(crate) struct Quality {
 pub(crate) struct ParameterResult {
     pub name: String,
     pub settings: String,
-    /// Seconds of both runs of every round.
-    pub seconds: Vec<[f64; 2]>,
-    /// Variance of pixels, from the two pictures of every round.
-    pub variances: Vec<f64>,
+    /// Its two runs of every round with the first set's around them; of the first set, those with its twin.
+    pub blocks: Vec<Block>,
+    /// Variance of pixels, the first set's and its own, each from two pictures of a round.
+    pub variances: Vec<[f64; 2]>,
     /// 1 / (variance x seconds), in the median round.
     pub efficiency: Option<f64>,
     /// Efficiency over the first set's.
@@ -208,13 +223,18 @@ impl Results {
 
     /// What came out, as plain text.
     pub(crate) fn summary(&self) -> String {
-        let mut text = String::new();
+        let mut text = match self.intervals {
+            0 => String::new(),
+            intervals => {
+                format!("{:.2} % intervals: all {intervals} together hold with 95 %\n", 100.0 * self.confidence)
+            }
+        };
         for experiment in &self.experiments {
             let rate = experiment.policies.first().and_then(|policy| policy.rate).unwrap_or(0.0);
             write!(text, "{}: baseline {rate:.2} Mrays/s", experiment.title()).expect(WRITES);
             let compares = experiment.policies.len() > 1;
             let control = if compares { control(experiment.control, experiment.trusted) } else { String::new() };
-            writeln!(text, "{control}").expect(WRITES);
+            writeln!(text, "{control}; looks at the clock took {}", clock_part(experiment.overhead)).expect(WRITES);
             for policy in experiment.policies.iter().skip(1) {
                 text += &line(&policy.name, policy.speedup, policy.verdict, "");
             }
@@ -231,6 +251,12 @@ impl Results {
         }
         text
     }
+}
+
+/// The part of the time that looks at the clock took, in words. More than two parts in a hundred would be felt in what is measured.
+pub(crate) fn clock_part(part: f64) -> String {
+    let remark = if part > 0.02 { ", which is too much: larger batches need fewer" } else { "" };
+    format!("{:.2} % of a policy's time at most{remark}", 100.0 * part)
 }
 
 const WRITES: &str = "a string takes all that is written";

@@ -7,8 +7,8 @@ use brewster::wavefront::survey::{LANES, Survey};
 use brewster::wavefront::traffic::traffic;
 
 use super::machine::Machine;
-use super::measure::{Seconds, speedups};
-use super::record::{Experiment, PolicyResult, QueueRow, StageRow};
+use super::measure::{Block, Clock};
+use super::record::{PolicyResult, QueueRow, StageRow};
 use super::run::Bench;
 use super::statistics::{Estimate, Verdict, median};
 use super::subject::Subject;
@@ -16,35 +16,49 @@ use super::subject::Subject;
 /// The results of all benches but the control, which is the second one.
 pub(crate) fn policy_results(
     benches: &[Bench<'_>],
-    seconds: &Seconds,
+    blocks: &[Vec<Block>],
+    (clock, intervals): (Clock, usize),
     control: Option<&Estimate>,
+    machine: &Machine,
 ) -> Vec<PolicyResult> {
     let places = (0..benches.len()).filter(|&place| place != 1);
     let of = |place: usize| {
-        let (bench, times) = (&benches[place], &seconds[place]);
+        let bench = &benches[place];
         let Subject { name, policy, of_batches, .. } = bench.subject;
-        let speedup = Estimate::of(&speedups(&seconds[0], times)).filter(|_| place > 0);
-        let flat: Vec<f64> = times.iter().flatten().copied().collect();
+        let runs: Vec<f64> = match place {
+            0 => blocks.iter().flatten().flat_map(|block| block.baseline).map(|took| took.on(clock)).collect(),
+            _ => blocks[place].iter().flat_map(|block| block.own).map(|took| took.on(clock)).collect(),
+        };
+        let of_blocks = |clock| speedup(&blocks[place], clock, intervals);
+        let speedup = if place > 0 { of_blocks(clock) } else { None };
         PolicyResult {
             name: name.clone(),
             settings: bench.subject.settings(benches[0].subject),
             batch: policy.batch,
             of_batches: *of_batches || place == 0,
             queue_bytes: bench.stats.queue_bytes,
-            seconds: times.clone(),
-            rate: median(&flat).map(|seconds| bench.stats.rays() as f64 / seconds * 1e-6),
+            // The baseline's are those of its control.
+            blocks: blocks.get(place.max(1)).cloned().unwrap_or_default(),
+            rate: median(&runs).map(|seconds| bench.stats.rays() as f64 / seconds * 1e-6),
             speedup,
             verdict: speedup.zip(control).map(|(speedup, control)| Verdict::of(&speedup, control)),
+            wall_speedup: if place > 0 && clock != Clock::Wall { of_blocks(Clock::Wall) } else { None },
             counted: bench.counted.clone(),
-            stages: stage_rows(bench),
+            stages: stage_rows(bench, machine),
             queues: queue_rows(&bench.survey),
         }
     };
     places.map(of).collect()
 }
 
-fn stage_rows(bench: &Bench<'_>) -> Vec<StageRow> {
-    let times = bench.renderer.stats();
+/// How many times as fast as the baseline, in the median block.
+pub(crate) fn speedup(blocks: &[Block], clock: Clock, intervals: usize) -> Option<Estimate> {
+    let speedups: Vec<f64> = blocks.iter().map(|block| block.speedup(clock)).collect();
+    Estimate::of(&speedups, intervals)
+}
+
+fn stage_rows(bench: &Bench<'_>, machine: &Machine) -> Vec<StageRow> {
+    let bandwidth = machine.bandwidth_at(bench.stats.queue_bytes);
     let mut rows = Vec::new();
     for (depth, at) in bench.stats.depths.iter().enumerate() {
         for (source, stage) in RaySource::ALL.into_iter().flat_map(|source| Stage::ALL.map(|stage| (source, stage))) {
@@ -57,7 +71,10 @@ fn stage_rows(bench: &Bench<'_>) -> Vec<StageRow> {
             }
             let sort = bench.subject.policy.sort;
             let moved = traffic(stage, counts, sort);
-            let time = times.depths[depth].times[source as usize][stage as usize];
+            let time = bench.times.depths[depth].times[source as usize][stage as usize];
+            let seconds = time.as_secs_f64() / f64::from(bench.runs.max(1));
+            let operations = operations(stage, counts, &bench.survey.depths[depth][source as usize], sort);
+            let intensity = operations as f64 / moved.total().max(1) as f64;
             rows.push(StageRow {
                 depth,
                 queue: source.name(),
@@ -65,10 +82,12 @@ fn stage_rows(bench: &Bench<'_>) -> Vec<StageRow> {
                 rays,
                 calls: calls.calls,
                 occupancy: rays as f64 / (calls.registers as usize * LANES).max(1) as f64,
-                seconds: time.as_secs_f64() / f64::from(bench.runs.max(1)),
+                seconds,
                 read: moved.read,
                 written: moved.written,
-                operations: operations(stage, counts, &bench.survey.depths[depth][source as usize], sort),
+                operations,
+                rate: if seconds > 0.0 { 1e-9 * operations as f64 / seconds } else { 0.0 },
+                roof: machine.arithmetic.min(intensity * bandwidth),
             });
         }
     }
@@ -105,10 +124,12 @@ fn queue_rows(survey: &Survey) -> Vec<QueueRow> {
     rows
 }
 
-/// The part of the baseline's time that looks at the clock take: two for every call of a stage.
-pub(crate) fn overhead(experiment: &Experiment, machine: &Machine) -> f64 {
-    let Some(baseline) = experiment.policies.first() else { return 0.0 };
-    let calls: u64 = baseline.stages.iter().map(|row| row.calls).sum();
-    let seconds: f64 = baseline.stages.iter().map(|row| row.seconds).sum();
-    if seconds > 0.0 { 2.0 * calls as f64 * machine.clock * 1e-9 / seconds } else { 0.0 }
+/// The largest part of a policy's time that looks at the clock take: two for every call of a stage.
+pub(crate) fn overhead(policies: &[PolicyResult], machine: &Machine) -> f64 {
+    let of = |policy: &PolicyResult| {
+        let calls: u64 = policy.stages.iter().map(|row| row.calls).sum();
+        let seconds: f64 = policy.stages.iter().map(|row| row.seconds).sum();
+        if seconds > 0.0 { 2.0 * calls as f64 * machine.clock * 1e-9 / seconds } else { 0.0 }
+    };
+    policies.iter().map(of).fold(0.0, f64::max)
 }

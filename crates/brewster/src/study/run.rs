@@ -10,15 +10,13 @@ use brewster::wavefront::{Control, Counts, Policy, Renderer, Stats};
 use brewster::{Session, SessionOptions, SettingsChoices};
 use glam::UVec2;
 use std::path::Path;
-use std::time::Instant;
 
 use super::counters::{Counted, Counters};
 use super::machine::Machine;
-use super::measure::{Turn, interleave, speedups};
+use super::measure::{Block, Clock, Side, Took, in_turn};
 use super::record::Experiment;
-use super::rows::{overhead, policy_results};
-use super::statistics::Estimate;
-use super::subject::Subject;
+use super::rows::{overhead, policy_results, speedup};
+use super::subject::{Subject, intervals};
 use super::trees::{Variants, builds};
 use crate::commands::Failure;
 
@@ -51,19 +49,13 @@ pub(crate) fn scene_name(scene: &Path) -> String {
     scene.file_stem().unwrap_or(scene.as_os_str()).to_string_lossy().into_owned()
 }
 
-/// A whole picture: its film and how long it took.
-pub(crate) struct Picture {
-    pub film: Film,
-    pub seconds: f64,
-}
-
-/// Renders one picture.
-pub(crate) fn render(renderer: &mut Renderer<'_>, buffers: &SceneBuffers) -> Result<Picture, Failure> {
+/// Renders one picture; also what that took.
+pub(crate) fn render(renderer: &mut Renderer<'_>, buffers: &SceneBuffers) -> Result<(Film, Took), Failure> {
     let settings = &buffers.settings;
     let mut film = Film::new(PixelOrder::new(settings.resolution.x, settings.resolution.y, None)?);
-    let begin = Instant::now();
-    renderer.pass(0..settings.samples, &mut film, &Control::default());
-    Ok(Picture { film, seconds: begin.elapsed().as_secs_f64() })
+    let pass = || Ok::<_, Failure>(renderer.pass(0..settings.samples, &mut film, &Control::default()));
+    let (_, took) = Took::by(pass)?;
+    Ok((film, took))
 }
 
 pub(crate) fn renderer<'b>(
@@ -79,15 +71,51 @@ pub(crate) fn renderer<'b>(
 pub(crate) struct Bench<'b> {
     pub subject: &'b Subject,
     buffers: &'b SceneBuffers,
-    /// Its times are those of the rounds.
-    pub renderer: Renderer<'b>,
+    /// The times of all blocks' runs.
+    pub times: Stats,
     /// From the counting run.
     pub stats: Stats,
     pub survey: Survey,
     /// What the processor counted in a run of its own.
     pub counted: Vec<Counted>,
-    /// Runs that the renderer's times are of.
+    /// Runs that the times are of.
     pub runs: u32,
+}
+
+/// Runs a block of a subject, and checks every picture.
+///
+/// Where queues come to lie in memory, and threads on processors, makes a subject a little faster or slower than its equal. So every
+/// block has renderers of its own, which are made in one order and in the other by turns.
+fn block(
+    scene: &str,
+    benches: &mut [Bench<'_>],
+    (place, round): (usize, u32),
+    warm_up: u32,
+    expected: Option<&Film>,
+) -> Result<Block, Failure> {
+    let make = |place: usize| renderer(benches[place].buffers, benches[place].subject, false);
+    let mut pair = if round.is_multiple_of(2) {
+        [make(0)?, make(place)?]
+    } else {
+        let own = make(place)?;
+        [make(0)?, own]
+    };
+    let run = |pair: &mut [Renderer<'_>; 2], side: Side| {
+        let Bench { subject, buffers, .. } = benches[if side == Side::Own { place } else { 0 }];
+        let (film, took) = render(&mut pair[side as usize], buffers)?;
+        expected.map_or(Ok(()), |expected| check_picture(scene, subject, expected, &film))?;
+        Ok::<Took, Failure>(took)
+    };
+    for side in [Side::Baseline, Side::Own].repeat(warm_up as usize) {
+        run(&mut pair, side)?;
+    }
+    pair.iter_mut().for_each(Renderer::restart_stats);
+    let block = Block::run(|side, _| run(&mut pair, side))?;
+    for (place, renderer) in [0, place].into_iter().zip(&pair) {
+        benches[place].times.add(&renderer.stats());
+        benches[place].runs += 2;
+    }
+    Ok(block)
 }
 
 /// Renders a scene by every policy in turn; also its picture.
@@ -113,27 +141,19 @@ pub(crate) fn experiment(
     }
     let counted = benches.len() == subjects.len() + 1;
     let rounds = if counted { study.policy_rounds() } else { 0 };
-    let seconds = interleave(benches.len(), study.warm_up, rounds, watch.stop, |place, turn| {
-        let bench = &mut benches[place];
-        let round = turn.round.map_or("warm-up".to_owned(), |round| format!("round {} of {}", round + 1, rounds));
-        (watch.step)(format!("{scene}: {round}, {}", bench.subject.name));
-        // What the warm-up took is forgotten.
-        if turn == (Turn { round: Some(0), back: false }) {
-            bench.renderer.restart_stats();
-            bench.runs = 0;
-        }
-        let picture = render(&mut bench.renderer, bench.buffers)?;
-        bench.runs += 1;
-        if let Some((film, _)) = &expected {
-            check_picture(&scene, bench.subject, film, &picture.film)?;
-        }
-        Ok::<f64, Failure>(picture.seconds)
+    let blocks = in_turn(benches.len(), rounds, watch.stop, |place, round| {
+        (watch.step)(format!("{scene}: round {} of {rounds}, {}", round + 1, benches[place].subject.name));
+        block(&scene, &mut benches, (place, round), study.warm_up, expected.as_ref().map(|(film, _)| film))
     })?;
     let settings = &session.buffers().settings;
-    let control = seconds.get(1).and_then(|control| Estimate::of(&speedups(&seconds[0], control)));
+    // On several threads the processor's time does not tell who is faster.
+    let clock = if subjects.iter().all(|subject| subject.threads == 1) { Clock::Processor } else { Clock::Wall };
+    let intervals = intervals(study, subjects);
+    let control = blocks.get(1).and_then(|blocks| speedup(blocks, clock, intervals));
     let builds = builds(study, subjects, session.buffers(), &scene, watch)?;
     let film = expected.map(|(film, _)| film);
-    let mut experiment = Experiment {
+    let policies = policy_results(&benches, &blocks, (clock, intervals), control.as_ref(), machine);
+    let experiment = Experiment {
         scene,
         parameters: parameters.to_owned(),
         integrator: integrator(settings.integrator),
@@ -142,14 +162,14 @@ pub(crate) fn experiment(
         max_depth: settings.max_depth,
         rays: benches.first().map_or(0, |bench| bench.stats.rays()),
         picture: film.as_ref().map_or(String::new(), |film| format!("{:016x}", hash(film))),
-        rounds: seconds.first().map_or(0, Vec::len),
+        rounds: blocks.last().map_or(0, Vec::len),
+        clock,
         control,
         trusted: control.is_some_and(|control| control.is_even()),
-        overhead: 0.0,
+        overhead: overhead(&policies, machine),
         builds,
-        policies: policy_results(&benches, &seconds, control.as_ref()),
+        policies,
     };
-    experiment.overhead = overhead(&experiment, machine);
     Ok((experiment, film.map(|film| film.resolve().image())))
 }
 
@@ -164,12 +184,12 @@ fn bench<'b>(
     expected: &mut Option<Expected>,
 ) -> Result<Bench<'b>, Failure> {
     let mut counting = renderer(buffers, subject, true)?;
-    let picture = render(&mut counting, buffers)?;
+    let (film, _) = render(&mut counting, buffers)?;
     let (stats, survey) = (counting.stats(), counting.survey());
     conserve(&stats).map_err(|law| Failure::Input(format!("{scene}: policy {:?}: {law}", subject.name)))?;
     let totals: Vec<Counts> = stats.depths.iter().map(DepthStats::total).collect();
-    let (expected, counts) = expected.get_or_insert_with(|| (picture.film.clone(), totals.clone()));
-    check_picture(scene, subject, expected, &picture.film)?;
+    let (expected, counts) = expected.get_or_insert_with(|| (film.clone(), totals.clone()));
+    check_picture(scene, subject, expected, &film)?;
     if *counts != totals {
         return Err(Failure::Input(format!("{scene}: policy {:?} counts other rays than the baseline", subject.name)));
     }
@@ -178,7 +198,8 @@ fn bench<'b>(
         check_picture(scene, subject, expected, &film)?;
     }
     let survey = survey.expect("one was asked for");
-    Ok(Bench { subject, buffers, renderer: renderer(buffers, subject, false)?, stats, survey, counted, runs: 0 })
+    let times = Stats::new(buffers.settings.max_depth);
+    Ok(Bench { subject, buffers, times, stats, survey, counted, runs: 0 })
 }
 
 fn integrator(integrator: Integrator) -> String {
@@ -215,7 +236,7 @@ fn count(subject: &Subject, buffers: &SceneBuffers) -> Result<(Option<Film>, Vec
     let mut renderer = renderer(buffers, subject, false)?;
     render(&mut renderer, buffers)?;
     let (picture, counted) = counters.over(|| render(&mut renderer, buffers));
-    Ok((Some(picture?.film), counted))
+    Ok((Some(picture?.0), counted))
 }
 
 /// What has to hold of the counts of any render: no ray is lost or made up.
@@ -261,7 +282,7 @@ mod tests {
     )"#;
 
     const POLICIES: &str = r#"policies: {
-        "plain": (), "threads": (threads: 2, batch: 64), "megakernel": (executor: Megakernel), "merged": (order: Merged, sort: OctantMorton, kernel: Single, tree: Clustered),
+        "plain": (), "threads": (threads: 2, batch: 64), "megakernel": (executor: Megakernel), "merged": (order: Merged, sort: OctantMorton, kernel: Obvhs, tree: Clustered),
     }"#;
 
     fn study(fields: &str) -> Study {
@@ -322,14 +343,14 @@ mod tests {
                 "{}",
                 policy.name
             );
-            assert_eq!(policy.seconds.len(), 2, "{}", policy.name);
+            assert_eq!(policy.blocks.len(), 2, "{}", policy.name);
             assert!(policy.stages.iter().all(|row| row.calls > 0 && row.occupancy > 0.0 && row.occupancy <= 1.0));
         }
         assert!(found.policies[3].queues.iter().any(|row| row.queue == "merged"));
         assert!(found.overhead > 0.0 && found.control.is_some());
         let ways: Vec<_> = found.builds.iter().map(|build| build.name.as_str()).collect();
         assert_eq!(ways, ["Binned", "Binned", "Clustered"]);
-        assert!(found.builds.iter().all(|build| build.seconds.len() == 2 && build.bytes > 0));
+        assert!(found.builds.iter().all(|build| build.blocks.len() == 2 && build.bytes > 0));
     }
 
     #[test]
@@ -344,17 +365,17 @@ mod tests {
         }
     }
 
-    /// Five counting runs, of which one is the control's, then the runs of a round forward and back.
+    /// Five counting runs, of which one is the control's, then four blocks a round, the first of which is the control's.
     #[test]
     fn a_stop_keeps_whole_rounds() {
         let asked = Cell::new(0);
         let stop = || {
             asked.set(asked.get() + 1);
-            asked.get() > 5 + 10 + 3
+            asked.get() > 5 + 4 + 2
         };
         let found = run(&policies(), &stop).expect("a stop is no failure");
         assert_eq!(found.rounds, 1);
-        asked.set(14);
+        asked.set(9);
         let found = run(&policies(), &stop).expect("as above");
         assert_eq!((found.rounds, found.control), (0, None));
     }
@@ -372,8 +393,8 @@ mod tests {
         let found = run_study(&study, &subjects, &|| false).expect("nothing fails");
         let policy = &found.policies[0];
         let stages: f64 = policy.stages.iter().map(|row| row.seconds).sum();
-        let [forward, back] = policy.seconds[0];
-        assert!(stages > 0.0 && stages <= 0.5 * (forward + back), "{stages} s in {:?}", policy.seconds);
+        let [before, after] = policy.blocks[0].baseline;
+        assert!(stages > 0.0 && stages <= 0.5 * (before.wall + after.wall), "{stages} s in {:?}", policy.blocks);
     }
 
     #[test]

@@ -3,12 +3,16 @@
 /// The middle value; the mean of the two middle ones of an even number. `None` of no value.
 pub(crate) fn median(values: &[f64]) -> Option<f64> {
     let mut sorted = values.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    let middle = sorted.len() / 2;
-    match sorted.len() {
+    sort_to_median(&mut sorted)
+}
+
+fn sort_to_median(values: &mut [f64]) -> Option<f64> {
+    values.sort_unstable_by(f64::total_cmp);
+    let middle = values.len() / 2;
+    match values.len() {
         0 => None,
-        len if len % 2 == 1 => Some(sorted[middle]),
-        _ => Some(0.5 * (sorted[middle - 1] + sorted[middle])),
+        len if len % 2 == 1 => Some(values[middle]),
+        _ => Some(0.5 * (values[middle - 1] + values[middle])),
     }
 }
 
@@ -24,25 +28,31 @@ pub(crate) struct Estimate {
 }
 
 /// Resamples of a bootstrap.
-const RESAMPLES: usize = 4000;
+const RESAMPLES: usize = 40_000;
 
-/// The share of resamples that an interval leaves out on either side.
-const TAIL: f64 = 0.025;
+/// How often a study may be wrong in any of its intervals.
+const WRONG: f64 = 0.05;
+
+/// How often an interval holds the truth, if that many together are to hold it 95 times in a hundred (Bonferroni).
+pub(crate) fn confidence(intervals: usize) -> f64 {
+    1.0 - WRONG / intervals.max(1) as f64
+}
 
 impl Estimate {
-    /// The median of values with its 95 % bootstrap interval by percentiles. The same values always give the same interval.
-    pub(crate) fn of(values: &[f64]) -> Option<Estimate> {
+    /// The median of values with its bootstrap interval by percentiles, one of so many that hold the truth together with 95 %. The same
+    /// values always give the same interval.
+    pub(crate) fn of(values: &[f64], intervals: usize) -> Option<Estimate> {
         let middle = median(values)?;
         let mut random = Random(0x9e37_79b9_7f4a_7c15);
         let mut resample = vec![0.0; values.len()];
         let mut medians: Vec<f64> = (0..RESAMPLES)
             .map(|_| {
                 resample.fill_with(|| values[random.below(values.len())]);
-                median(&resample).unwrap_or(middle)
+                sort_to_median(&mut resample).unwrap_or(middle)
             })
             .collect();
-        medians.sort_by(f64::total_cmp);
-        let out = (TAIL * RESAMPLES as f64) as usize;
+        medians.sort_unstable_by(f64::total_cmp);
+        let out = (0.5 * (1.0 - confidence(intervals)) * RESAMPLES as f64) as usize;
         Some(Estimate { median: middle, low: medians[out], high: medians[RESAMPLES - 1 - out] })
     }
 
@@ -174,17 +184,23 @@ mod tests {
     #[test]
     fn intervals_are_those_of_closed_forms() {
         let whole = Estimate { median: 2.0, low: 1.0, high: 3.0 };
-        assert_eq!(Estimate::of(&[3.0, 1.0, 2.0]), Some(whole));
+        assert_eq!(Estimate::of(&[3.0, 1.0, 2.0], 1), Some(whole));
         let values: Vec<f64> = (1..=99).map(f64::from).collect();
-        let found = Estimate::of(&values).expect("there are values");
+        let found = Estimate::of(&values, 1).expect("there are values");
         let half = 1.96 * 99.0 / (2.0 * 99f64.sqrt());
         assert_eq!(found.median, 50.0);
         for (bound, expected) in [(found.low, 50.0 - half), (found.high, 50.0 + half)] {
             assert!((bound - expected).abs() < 1.5, "{found:?}, not {expected}");
         }
-        assert_eq!(Estimate::of(&values), Some(found), "it is the same every time");
-        assert_eq!(Estimate::of(&[5.0; 7]), Some(Estimate { median: 5.0, low: 5.0, high: 5.0 }));
-        assert_eq!(Estimate::of(&[]), None);
+        assert_eq!(Estimate::of(&values, 1), Some(found), "it is the same every time");
+        // One of ten: 99.5 %, which is 2.807 standard errors of a normal number.
+        let found = Estimate::of(&values, 10).expect("there are values");
+        let half = 2.807 * 99.0 / (2.0 * 99f64.sqrt());
+        for (bound, expected) in [(found.low, 50.0 - half), (found.high, 50.0 + half)] {
+            assert!((bound - expected).abs() < 2.5, "{found:?}, not {expected}");
+        }
+        assert_eq!(Estimate::of(&[5.0; 7], 1), Some(Estimate { median: 5.0, low: 5.0, high: 5.0 }));
+        assert_eq!(Estimate::of(&[], 1), None);
     }
 
     /// Of many intervals over normal numbers, 95 % should hold the truth; percentile intervals of medians of 9 hold it somewhat
@@ -196,7 +212,7 @@ mod tests {
         let mut held = 0;
         for _ in 0..200 {
             let values: Vec<f64> = (0..9).map(|_| (0..12).map(|_| uniform()).sum::<f64>() - 6.0).collect();
-            held += usize::from(Estimate::of(&values).expect("there are values").contains(0.0));
+            held += usize::from(Estimate::of(&values, 1).expect("there are values").contains(0.0));
         }
         assert!((176..=199).contains(&held), "{held} of 200");
     }

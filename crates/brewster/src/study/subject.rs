@@ -50,6 +50,7 @@ impl Subject {
                     study::Kernel::Packets => geometry::Kernel::Packets,
                     study::Kernel::Wave => geometry::Kernel::Wave,
                     study::Kernel::Single => geometry::Kernel::Single,
+                    study::Kernel::Obvhs => geometry::Kernel::Obvhs,
                 },
                 level: Level::named(wanted).ok_or_else(missing)?,
                 executor: match policy.executor {
@@ -90,6 +91,24 @@ impl Subject {
             level.name().to_owned(),
         ]
     }
+}
+
+/// The ways of building trees that a study's policies see, the baseline's first.
+pub(crate) fn ways(subjects: &[Subject]) -> Vec<TreeBuilder> {
+    let mut ways = Vec::new();
+    for subject in subjects {
+        if !ways.contains(&subject.tree) {
+            ways.push(subject.tree);
+        }
+    }
+    ways
+}
+
+/// How many intervals a study shows: of all that is compared with a baseline, and of the baseline itself as the control.
+pub(crate) fn intervals(study: &Study, subjects: &[Subject]) -> usize {
+    let if_many = |number: usize| if number > 1 { number } else { 0 };
+    let sets = study.parameters.len();
+    study.scenes.len() * (sets * (if_many(subjects.len()) + if_many(ways(subjects).len())) + if_many(sets))
 }
 
 /// All policies of a study, the baseline first.

@@ -1,22 +1,23 @@
 //! Trees built in other ways: the scene with them, and the time that they take.
 
-use std::time::Instant;
+use std::sync::Arc;
 
 use brewster::buffers::{SceneBuffers, Trees};
-use brewster::geometry::{MeshTree, TopTree, TreeBuilder};
+use brewster::geometry::{Kernel, MeshTree, ObvhsTrees, TopTree, TreeBuilder};
 use brewster::import::study::Study;
 
-use super::measure::{interleave, speedups};
+use super::measure::{Block, Clock, Side, Took, in_turn};
 use super::record::BuildResult;
+use super::rows::speedup;
 use super::run::Watch;
-use super::statistics::{Estimate, Verdict, median};
-use super::subject::Subject;
+use super::statistics::{Verdict, median};
+use super::subject::{Subject, intervals, ways};
 use crate::commands::Failure;
 
 /// A scene as subjects see it; what several see alike is there once.
 pub(crate) struct Variants<'b> {
     plain: &'b SceneBuffers,
-    others: Vec<((TreeBuilder, u64), SceneBuffers)>,
+    others: Vec<(Key, SceneBuffers)>,
 }
 
 impl<'b> Variants<'b> {
@@ -24,13 +25,17 @@ impl<'b> Variants<'b> {
     pub(crate) fn new(plain: &'b SceneBuffers, subjects: &[Subject]) -> Result<Variants<'b>, Failure> {
         let mut variants = Variants { plain, others: Vec::new() };
         for subject in subjects {
-            let key = (subject.tree, subject.seed_shift);
+            let key = key(subject);
             if key == PLAIN || variants.others.iter().any(|(other, _)| *other == key) {
                 continue;
             }
             let mut buffers = plain.clone();
             buffers.settings.seed = buffers.settings.seed.wrapping_add(subject.seed_shift);
             buffers.trees = trees(plain, subject.tree)?;
+            if subject.policy.kernel == Kernel::Obvhs {
+                let eye = plain.cameras.first().map_or(0.0, |camera| camera.position.abs().max_element());
+                buffers.trees.obvhs = Some(Arc::new(ObvhsTrees::build(&buffers.geometry(), eye)));
+            }
             variants.others.push((key, buffers));
         }
         Ok(variants)
@@ -38,13 +43,20 @@ impl<'b> Variants<'b> {
 
     /// What a subject sees.
     pub(crate) fn of(&self, subject: &Subject) -> &SceneBuffers {
-        let key = (subject.tree, subject.seed_shift);
+        let key = key(subject);
         self.others.iter().find(|(other, _)| *other == key).map_or(self.plain, |(_, buffers)| buffers)
     }
 }
 
-/// How sessions build their trees.
-const PLAIN: (TreeBuilder, u64) = (TreeBuilder::Binned, 0);
+/// What a subject's scene differs in from others': how trees are built, whether obvhs's are there, too, and the seed.
+type Key = (TreeBuilder, bool, u64);
+
+/// As sessions make it.
+const PLAIN: Key = (TreeBuilder::Binned, false, 0);
+
+fn key(subject: &Subject) -> Key {
+    (subject.tree, subject.policy.kernel == Kernel::Obvhs, subject.seed_shift)
+}
 
 /// A scene's trees, built anew.
 fn trees(buffers: &SceneBuffers, builder: TreeBuilder) -> Result<Trees, Failure> {
@@ -53,7 +65,7 @@ fn trees(buffers: &SceneBuffers, builder: TreeBuilder) -> Result<Trees, Failure>
     let mut geometry = buffers.geometry();
     geometry.mesh_trees = &meshes;
     let top = TopTree::build(&geometry.instances(), builder).map_err(Failure::input)?;
-    Ok(Trees { meshes, top, planes: buffers.trees.planes.clone() })
+    Ok(Trees { meshes, top, planes: buffers.trees.planes.clone(), obvhs: None })
 }
 
 /// Builds the trees of a scene in all the ways of a study in turn, on all threads. Nothing if there is one way only.
@@ -64,35 +76,34 @@ pub(crate) fn builds(
     scene: &str,
     watch: &Watch<'_>,
 ) -> Result<Vec<BuildResult>, Failure> {
-    let mut ways: Vec<TreeBuilder> = Vec::new();
-    for subject in subjects {
-        if !ways.contains(&subject.tree) {
-            ways.push(subject.tree);
-        }
-    }
+    let mut ways = ways(subjects);
     if ways.len() < 2 {
         return Ok(Vec::new());
     }
     // The first one's control is its twin, at the place after it.
     ways.insert(1, ways[0]);
     let mut bytes = vec![0; ways.len()];
-    let seconds = interleave(ways.len(), study.warm_up, study.rounds, watch.stop, |place, _| {
+    let blocks = in_turn(ways.len(), study.rounds, watch.stop, |place, _| {
         (watch.step)(format!("{scene}: building trees, {:?}", ways[place]));
-        let begin = Instant::now();
-        let built = trees(buffers, ways[place])?;
-        let time = begin.elapsed().as_secs_f64();
-        bytes[place] = built.meshes.iter().map(MeshTree::bytes).sum::<usize>() + built.top.bytes();
-        Ok::<f64, Failure>(time)
+        Block::run(|side, _| {
+            let place = if side == Side::Own { place } else { 0 };
+            let (built, took) = Took::by(|| trees(buffers, ways[place]))?;
+            bytes[place] = built.meshes.iter().map(MeshTree::bytes).sum::<usize>() + built.top.bytes();
+            Ok::<Took, Failure>(took)
+        })
     })?;
-    let control = Estimate::of(&speedups(&seconds[0], &seconds[1]));
+    let intervals = intervals(study, subjects);
+    let of = |place: usize| speedup(&blocks[place], Clock::Wall, intervals);
+    let control = of(1);
     let result = |place: usize| {
-        let speedup = Estimate::of(&speedups(&seconds[0], &seconds[place])).filter(|_| place > 0);
-        let flat: Vec<f64> = seconds[place].iter().flatten().copied().collect();
+        let speedup = if place > 0 { of(place) } else { None };
+        // The baseline's are those around its twin's.
+        let runs = blocks[place.max(1)].iter().flat_map(|block| if place > 0 { block.own } else { block.baseline });
         BuildResult {
             name: format!("{:?}", ways[place]),
             bytes: bytes[place],
-            seconds: seconds[place].clone(),
-            median: median(&flat),
+            blocks: blocks[place.max(1)].clone(),
+            median: median(&runs.map(|took| took.wall).collect::<Vec<_>>()),
             speedup,
             verdict: speedup.zip(control).filter(|_| place > 1).map(|(ratio, control)| Verdict::of(&ratio, &control)),
         }

@@ -34,20 +34,28 @@ fn a_study_leaves_everything_in_its_folder() {
     let file = |name: &str| String::from_utf8(desk.read(&format!("{folder}/{name}"))).expect("text");
     assert_eq!(file("study.ron"), STUDY);
     let results = desk.json(&format!("{folder}/results.json"));
-    assert_eq!((&results["version"], &results["complete"]), (&1.into(), &true.into()));
+    assert_eq!((&results["version"], &results["complete"]), (&2.into(), &true.into()));
     let experiments = results["experiments"].as_array().expect("a list");
     assert_eq!(experiments.len(), 2);
     for experiment in experiments {
         let policies = experiment["policies"].as_array().expect("a list");
         assert_eq!(policies.len(), 4);
-        assert!(policies.iter().all(|policy| policy["seconds"].as_array().expect("a list").len() == 2));
+        assert!(policies.iter().all(|policy| policy["blocks"].as_array().expect("a list").len() == 2));
     }
-    // Both runs of two rounds of four policies with two sets, and a line of names.
-    assert_eq!(file("runs.csv").lines().count(), 1 + 2 * 2 * 4 * 2);
+    // Both runs of two rounds: of four policies with two sets, and of the sets; and a line of names.
+    assert_eq!(file("runs.csv").lines().count(), 1 + 2 * 2 * (4 * 2 + 2));
+    // Four policies with two sets, and these beside each other: the baselines' controls count.
+    assert_eq!(results["intervals"], 4 * 2 + 2);
+    let confidence = results["confidence"].as_f64().expect("a number");
+    assert!(
+        (confidence - (1.0 - 0.05 / 10.0)).abs() < 1e-12 && ended.out.starts_with("99.50 % intervals"),
+        "{ended:?}"
+    );
     for (name, columns) in [
-        ("policies.csv", 10),
+        ("experiments.csv", 17),
+        ("policies.csv", 14),
         ("queues.csv", 17),
-        ("stages.csv", 13),
+        ("stages.csv", 15),
         ("parameters.csv", 9),
         ("counters.csv", 6),
         ("builds.csv", 9),
@@ -58,7 +66,7 @@ fn a_study_leaves_everything_in_its_folder() {
     // Rows whose cells hold no commas of their own have as many.
     let stages = file("stages.csv");
     let rows: Vec<&str> = stages.lines().filter(|line| line.contains(",shallow,plain,")).collect();
-    assert!(!rows.is_empty() && rows.iter().all(|row| row.split(',').count() == 13), "{rows:?}");
+    assert!(!rows.is_empty() && rows.iter().all(|row| row.split(',').count() == 15), "{rows:?}");
     let report = file("report.html");
     assert!(report.contains("Which queue goes &lt;first&gt;?</p>") && !report.contains("http"), "the report");
     for chart in ["policies", "batches", "time-per-bounce", "queues", "queue-lengths", "roofline"] {
@@ -74,7 +82,7 @@ fn a_study_leaves_everything_in_its_folder() {
 fn an_interrupted_study_reports_its_whole_rounds() {
     let desk = Desk::with_scene();
     let mut child = desk
-        .command("study --scene scene.ron --batches 256 --rounds 1000 --name short")
+        .command("study --scene scene.ron --batches 256 --rounds 200 --name short")
         .stderr(Stdio::piped())
         .stdout(Stdio::null())
         .spawn()
@@ -92,7 +100,7 @@ fn an_interrupted_study_reports_its_whole_rounds() {
     assert_eq!(child.wait().expect("the program ends").code(), Some(130), "{rest}");
     let results = desk.json(&format!("{}/results.json", folder(&desk)));
     let rounds = results["experiments"][0]["rounds"].as_u64().expect("a count");
-    assert!((50..1000).contains(&rounds), "{rounds} rounds");
+    assert!((15..200).contains(&rounds), "{rounds} rounds");
     assert_eq!(results["complete"], false);
     let report = String::from_utf8(desk.read(&format!("{}/report.html", folder(&desk)))).expect("text");
     assert!(report.contains("The study is not finished"));

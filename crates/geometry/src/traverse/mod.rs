@@ -6,6 +6,7 @@ mod avx2;
 mod avx512;
 #[cfg(target_arch = "x86_64")]
 mod beam;
+mod by_obvhs;
 #[cfg(target_arch = "x86_64")]
 mod eight;
 mod one;
@@ -16,6 +17,7 @@ mod single;
 mod slabs;
 mod wave;
 
+pub use by_obvhs::ObvhsTrees;
 pub use one::{RayByRay, RayMemory};
 
 use brewster_lanes::{Level, dispatch};
@@ -34,6 +36,8 @@ pub enum Kernel {
     Wave,
     /// One ray after the other, in plain Rust.
     Single,
+    /// One ray after the other by obvhs's own traversal; as `Single` where the scene has no [`ObvhsTrees`].
+    Obvhs,
 }
 
 /// What a ray that goes alone looks at on its way to its nearest hit.
@@ -100,8 +104,10 @@ pub fn closest_hits_by(
     mut hits: HitsViewMut<'_>,
 ) {
     assert!(hits.len() >= rays.len(), "every ray has a row for its hit");
-    if !wave::run(kernel, scene, level, rays, wave::Closest(hits.reborrow())) {
-        closest_single(level, scene, rays, hits.reborrow());
+    if let Some(trees) = scene.obvhs.filter(|_| kernel == Kernel::Obvhs) {
+        closest_obvhs(level, scene, trees, rays, hits);
+    } else if !wave::run(kernel, scene, level, rays, wave::Closest(hits.reborrow())) {
+        closest_single(level, scene, rays, hits);
     }
 }
 
@@ -124,7 +130,9 @@ pub fn occluded_by(
     out: &mut [bool],
 ) {
     assert!(t_max.len() >= rays.len() && out.len() >= rays.len(), "every ray has a row");
-    if !wave::run(kernel, scene, level, rays, wave::Occluded { t_max, out: &mut *out }) {
+    if let Some(trees) = scene.obvhs.filter(|_| kernel == Kernel::Obvhs) {
+        occluded_obvhs(level, scene, trees, rays, t_max, out);
+    } else if !wave::run(kernel, scene, level, rays, wave::Occluded { t_max, out: &mut *out }) {
         occluded_single(level, scene, rays, t_max, out);
     }
 }
@@ -135,6 +143,33 @@ thread_local! {
 }
 
 dispatch! {
+    fn closest_obvhs<'a, 'b, 'c>(scene: &SceneGeometry<'a>, trees: &ObvhsTrees, rays: Rays<'b>, hits: HitsViewMut<'c>) {
+        let mut hits = hits;
+        let mut stacks = STACKS.take();
+        for i in 0..rays.len() {
+            let mut nearest = search::Nearest(Hit::miss());
+            by_obvhs::search_by_obvhs(scene, trees, &rays.get(i), &mut stacks, &mut nearest);
+            hits.set(i, nearest.0);
+        }
+        STACKS.set(stacks);
+    }
+
+    fn occluded_obvhs<'a, 'b, 'c>(
+        scene: &SceneGeometry<'a>,
+        trees: &ObvhsTrees,
+        rays: Rays<'b>,
+        t_max: &'c [f32],
+        out: &'c mut [bool],
+    ) {
+        let mut stacks = STACKS.take();
+        for i in 0..rays.len() {
+            let mut any = search::Any { t_max: t_max[i], found: false };
+            by_obvhs::search_by_obvhs(scene, trees, &rays.get(i), &mut stacks, &mut any);
+            out[i] = any.found;
+        }
+        STACKS.set(stacks);
+    }
+
     fn closest_single<'a, 'b, 'c>(scene: &SceneGeometry<'a>, rays: Rays<'b>, hits: HitsViewMut<'c>) {
         let mut hits = hits;
         let mut stacks = STACKS.take();

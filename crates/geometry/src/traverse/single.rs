@@ -14,7 +14,7 @@ use crate::triangle::Shear;
 #[derive(Default)]
 pub(crate) struct Stacks {
     top: Vec<(f32, u32)>,
-    mesh: Vec<(f32, u32)>,
+    pub(super) mesh: Vec<(f32, u32)>,
 }
 
 /// What is counted on the way. `()` counts nothing and costs nothing.
@@ -109,7 +109,7 @@ pub(crate) fn enter_instance(
 
 /// Searches one instance; true if the search is over.
 #[inline(always)]
-fn enter(
+pub(super) fn enter(
     scene: &SceneGeometry<'_>,
     instance: u32,
     ray: &Ray,
@@ -141,7 +141,13 @@ fn enter(
 
 /// Tries the triangles of a patch: all of them in f32, those that may be hit in f64.
 #[inline(always)]
-fn test_patch(tree: &MeshTree, patch: &Patch, shear: &Shear, instance: u32, search: &mut impl Search) -> bool {
+pub(super) fn test_patch(
+    tree: &MeshTree,
+    patch: &Patch,
+    shear: &Shear,
+    instance: u32,
+    search: &mut impl Search,
+) -> bool {
     let [kx, ky, kz] = shear.axes.map(|axis| axis as usize);
     let mut sheared = [[0.0f32; 8]; 3];
     let [x, y, z] = &mut sheared;

@@ -142,7 +142,7 @@ pub(crate) fn run<T: Task>(
     rays: Rays<'_>,
     task: T,
 ) -> bool {
-    if kernel == super::Kernel::Single || !level.has_avx2() {
+    if matches!(kernel, super::Kernel::Single | super::Kernel::Obvhs) || !level.has_avx2() {
         return false;
     }
     // Taken out of its place, since a closure would not be compiled for the level.

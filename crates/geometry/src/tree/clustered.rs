@@ -18,12 +18,7 @@ const ROUNDS: usize = 16;
 impl Binary {
     /// Builds a tree over at least one box. The boxes are finite. The result does not depend on the number of threads.
     pub(super) fn clustered(grouping: &Grouping<'_, impl Fn(&[u32]) -> bool>) -> Binary {
-        let boxes: Vec<obvhs::aabb::Aabb> =
-            grouping.boxes.par_iter().enumerate().map(|(item, aabb)| shaken(item as u32, aabb)).collect();
-        let items = (0..boxes.len() as u32).collect();
-        let mut bvh = PlocBuilder::new().build(PlocSearchDistance::Medium, &boxes, items, SortPrecision::U64, 3);
-        reinsert(&mut bvh);
-        Binary::grouped(&bvh, grouping)
+        Binary::grouped(&build(grouping.boxes), grouping)
     }
 
     /// The same tree with its nodes in the order in which they are first reached, depth first, and items that fit in one leaf.
@@ -54,6 +49,16 @@ impl Binary {
         }
         binary
     }
+}
+
+/// A tree with a leaf for each box. Its own boxes are around boxes that were shaken.
+pub(crate) fn build(boxes: &[Aabb]) -> Bvh2 {
+    let boxes: Vec<obvhs::aabb::Aabb> =
+        boxes.par_iter().enumerate().map(|(item, aabb)| shaken(item as u32, aabb)).collect();
+    let items = (0..boxes.len() as u32).collect();
+    let mut bvh = PlocBuilder::new().build(PlocSearchDistance::Medium, &boxes, items, SortPrecision::U64, 3);
+    reinsert(&mut bvh);
+    bvh
 }
 
 /// The items below a node in order, or the first few beyond `most`.

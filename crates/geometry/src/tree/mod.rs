@@ -6,7 +6,7 @@
 
 mod binary;
 mod binned;
-mod clustered;
+pub(crate) mod clustered;
 mod collapse;
 mod mesh_tree;
 pub(crate) mod node;

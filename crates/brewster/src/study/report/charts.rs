@@ -20,7 +20,7 @@ pub(super) const GROUPS: [(&str, Ink, &[&str]); 9] = [
     ("generate", GRAY, &["generate"]),
     ("order", BROWN, &["order"]),
     ("trace", BLUE, &["trace"]),
-    ("absorb", CYAN, &["absorb"]),
+    ("absorb, fly", CYAN, &["absorb", "fly"]),
     ("sort", ORANGE, &["sort"]),
     ("escape, cross, record", GREEN, &["escape", "cross", "record"]),
     ("shade, scatter", RED, &[]),
@@ -48,7 +48,7 @@ pub(crate) fn charts(results: &Results) -> Vec<Chart> {
         };
         add(
             "policies",
-            "How many times as fast as the baseline: medians and 95 % intervals. Gray: no difference seen, or not judged. The band is what the baseline \
+            "How many times as fast as the baseline: medians and intervals, as wide as the study's number of comparisons asks for. Gray: no difference seen, or not judged. The band is what the baseline \
              shows against itself.",
             policies(experiment),
         );

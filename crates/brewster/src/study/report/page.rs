@@ -1,7 +1,7 @@
 //! The page itself.
 
 use super::super::machine::Machine;
-use super::super::record::{Experiment, PolicyResult, Quality, Results};
+use super::super::record::{Experiment, PolicyResult, Quality, Results, clock_part};
 use super::super::statistics::{Estimate, Verdict};
 use super::Chart;
 use super::charts::{GROUPS, by_stage, group};
@@ -29,19 +29,34 @@ pub(crate) fn html(results: &Results, charts: &[Chart]) -> String {
     for quality in &results.qualities {
         page += &quality_section(quality, charts);
     }
-    page += METHOD;
+    page += &method(results);
     page += "</body>\n</html>\n";
     page
 }
 
+fn method(results: &Results) -> String {
+    let clocks = "Of policies on one thread the processor's time for this program is compared, which does not go on while the machine \
+        works for others; of several threads, and of building trees, the wall's. Both stand in the tables of runs.";
+    let level = match results.intervals {
+        0 => String::new(),
+        intervals => format!(
+            " The study has {intervals} intervals, of controls and of comparisons. Each is a {:.2} % interval, so that all together hold with \
+             95 % (Bonferroni): that often no control leaves out 1 by chance, and no difference is reported that is none.",
+            100.0 * results.confidence
+        ),
+    };
+    METHOD.replace("LEVEL", &level).replace("CLOCKS", clocks)
+}
+
 const METHOD: &str = "<h2>How this was measured</h2>\n\
-    <p>In every round each policy renders twice, forward and backward (A B C C B A), so that what drifts weighs on all alike; a round's \
-    ratio is of the sums of both runs. Bars are medians of rounds with 95 % bootstrap intervals. The baseline runs a second time in every \
-    round, as a control: where its interval leaves out 1 nothing is judged, and a difference is reported only where its own interval leaves \
-    out 1 and its median lies beyond the control's. Every picture of every run was compared with the baseline's, bit for bit, and every policy's counts with the \
+    <p>In every round each policy renders in a block of its own, two pictures between two of the baseline (A B B A), so that what drifts weighs on \
+    both alike; a block's ratio is of the sums of both runs. Every block has queues and threads of its own, made in one order and in the other \
+    by turns, for where these come to lie makes equals differ. CLOCKS Bars are medians of blocks with bootstrap intervals; no run is left out.LEVEL \
+    The baseline takes a block with its twin in every round, as a control: where its interval leaves out 1 nothing is judged, and a difference is \
+    reported only where its own interval leaves out 1 and its median lies beyond what the control's reaches on either side. Every picture of every run was compared with the baseline's, bit for bit, and every policy's counts with the \
     baseline's counts. What a sort costs is in its policy's time.</p>\n\
     <p>Counts, lengths of runs, occupancy and visits come from a counting run; times come from runs without those, which look at the clock \
-    twice for every call of a stage. Times of stages are means over the runs of all rounds. Bytes are those of whole rows of \
+    twice for every call of a stage. Times of stages are means over all runs, on the wall's clock. Bytes are those of whole rows of \
     queues: what stages read of trees, materials and textures is not in them. Operations are counted by hand from the sources, in the usual \
     case, and may be off by half of themselves. Visits are those of a ray that goes alone, of one toward a light up to what stops it first; a \
     packet looks at more. Counters of the processor are read over one picture more, on all threads and outside the kernel, where the kernel lets a program do so.</p>\n";
@@ -145,26 +160,27 @@ fn experiment_section(experiment: &Experiment, charts: &[Chart], machine: &Machi
     let mut section = format!("<h2>{}</h2>\n", escaped(&title));
     section += &format!(
         "<p class=\"faint\">{}, {width} x {height}, {} samples, depth {}, {:.2} million rays, {} rounds. Picture {}. Looks at the clock take \
-         {:.2} % of the baseline's time.</p>\n",
+         {}.</p>\n",
         experiment.integrator,
         experiment.samples,
         experiment.max_depth,
         experiment.rays as f64 * 1e-6,
         experiment.rounds,
         experiment.picture,
-        100.0 * experiment.overhead
+        clock_part(experiment.overhead)
     );
     if experiment.policies.len() > 1 {
         section += &control(experiment.control, experiment.trusted);
     }
     section += "<h3>Policies</h3>\n";
     section += &figure(charts, &title, "policies");
-    let names = ["policy", "Mrays/s", "times as fast", "95 % interval", "", "queues, KiB", "settings"];
+    let names = ["policy", "Mrays/s", "times as fast", "interval", "", "on the wall", "queues, KiB", "settings"];
     section += &table(
         &names,
         experiment.policies.iter().map(|policy| {
             let [median, interval] = estimate(policy.speedup);
             let rate = policy.rate.map_or("–".to_owned(), |rate| format!("{rate:.3}"));
+            let wall = policy.wall_speedup.map_or("–".to_owned(), |wall| format!("{:.3}", wall.median));
             let kibibytes = (policy.queue_bytes >> 10).to_string();
             vec![
                 escaped(&policy.name),
@@ -172,6 +188,7 @@ fn experiment_section(experiment: &Experiment, charts: &[Chart], machine: &Machi
                 median,
                 interval,
                 verdict(policy.verdict),
+                wall,
                 kibibytes,
                 words(&policy.settings),
             ]
@@ -194,7 +211,7 @@ fn builds(experiment: &Experiment) -> String {
     if experiment.builds.is_empty() {
         return String::new();
     }
-    let names = ["trees", "build, ms", "times as fast", "95 % interval", "", "MiB"];
+    let names = ["trees", "build, ms", "times as fast", "interval", "", "MiB"];
     let rows = experiment.builds.iter().enumerate().map(|(place, build)| {
         let [median, interval] = estimate(build.speedup);
         let name = if place == 1 { format!("{}, once more", build.name) } else { build.name.clone() };
@@ -332,23 +349,21 @@ fn stage_table(baseline: &PolicyResult, machine: &Machine) -> String {
 fn quality_section(quality: &Quality, charts: &[Chart]) -> String {
     let mut section = format!("<h2>{}: noise after equal time</h2>\n", escaped(&quality.scene));
     section += &format!(
-        "<p class=\"faint\">{} rounds, two pictures with seeds of their own in each. Efficiency is 1/(variance x seconds). z says how far \
+        "<p class=\"faint\">{} rounds, in each two pictures of a set and two of the first one, with seeds of their own. Efficiency is 1/(variance x seconds). z says how far \
          the pictures differ beyond their noise, in standard errors: beyond 3 they show different things.</p>\n",
         quality.rounds
     );
     section += &control(quality.control, quality.trusted);
     section += &figure(charts, &quality.scene, "efficiency");
-    let names = ["parameters", "seconds", "variance", "times as efficient", "95 % interval", "", "z", "settings"];
+    let names = ["parameters", "seconds", "variance", "times as efficient", "interval", "", "z", "settings"];
     section += &table(
         &names,
         quality.parameters.iter().map(|set| {
             let [median, interval] = estimate(set.ratio);
-            let mean = |values: &mut dyn ExactSizeIterator<Item = f64>| {
-                let count = values.len() as f64;
-                values.sum::<f64>() / count
-            };
-            let seconds = mean(&mut set.seconds.iter().map(|[a, b]| 0.5 * (a + b)));
-            let variance = mean(&mut set.variances.iter().copied());
+            let count = set.blocks.len() as f64;
+            let seconds = set.blocks.iter().flat_map(|block| block.own).map(|took| took.on(quality.clock)).sum::<f64>();
+            let seconds = seconds / (2.0 * count);
+            let variance = set.variances.iter().map(|[_, own]| own).sum::<f64>() / count;
             let z = set.z.map_or("–".to_owned(), |z| format!("{z:.1}"));
             let numbers =
                 [format!("{seconds:.3}"), format!("{variance:.3e}"), median, interval, verdict(set.verdict), z];

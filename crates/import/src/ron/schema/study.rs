@@ -36,9 +36,10 @@ schema! {
         resolution: Option<[u32; 2]> as "pixels" where PIXELS => "(320, 180)",
         /// Samples per pixel of all pictures; as the scenes say where absent.
         samples: Option<u32> where SAMPLES => "8",
-        /// Rounds of measurement. In a round every policy is run twice, forward and backward: A B C C B A. A policy that is alone takes one.
+        /// Rounds of measurement. In a round every policy takes a block of two runs between two of the baseline: A B B A. A policy that is
+        /// alone takes one.
         rounds: u32 where ROUNDS = "9" => "15",
-        /// Rounds that are run before and thrown away.
+        /// Runs of either before a block, which are thrown away.
         warm_up: u32 where WARM_UP = "1" => "2",
     }
 
@@ -96,6 +97,8 @@ schema! {
         Wave {},
         /// One ray after the other.
         Single {},
+        /// One ray after the other, by obvhs's traversal of its own binary trees, over the same instances and patches of triangles.
+        Obvhs {},
     }
 
     /// How trees are built. The time that it takes is compared apart from that of pictures.
