@@ -9,7 +9,7 @@ use brewster::import::study::{self, Study};
 use super::measure::{Block, Clock, Side, Took, in_turn};
 use super::record::{ParameterResult, Quality};
 use super::run::{Watch, load, render, renderer, scene_name};
-use super::statistics::{Estimate, Verdict, block_z, median};
+use super::statistics::{Estimate, Verdict, are_enough, block_z, median};
 use super::subject::{Subject, intervals};
 use crate::commands::Failure;
 
@@ -91,6 +91,7 @@ fn quality_of(
         rounds.iter().flat_map(|round| &round.pictures[side]).map(|pixels| block_means(pixels, width)).collect()
     };
     let control = ratio(&rounds[1]);
+    let trusted = are_enough(rounds[1].len(), intervals) && control.is_some_and(|control| control.is_even());
     let parameters = study.parameters.iter().zip(&rounds[1..]).enumerate().map(|(number, (parameters, rounds))| {
         let ratio = ratio(rounds).filter(|_| number > 0);
         let own: Vec<f64> = rounds.iter().map(|round| round.efficiencies(clock)[1]).collect();
@@ -101,18 +102,11 @@ fn quality_of(
             variances: rounds.iter().map(Round::variances).collect(),
             efficiency: median(&own).filter(|efficiency| efficiency.is_finite()),
             ratio,
-            verdict: ratio.zip(control).map(|(ratio, control)| Verdict::of(&ratio, &control)),
+            verdict: ratio.zip(control).map(|(ratio, control)| Verdict::of(&ratio, &control, trusted)),
             z: if number > 0 { block_z(&blocks(rounds, 1), &blocks(rounds, 0)) } else { None },
         }
     });
-    Quality {
-        scene,
-        rounds: rounds[1].len(),
-        clock,
-        control,
-        trusted: control.is_some_and(|control| control.is_even()),
-        parameters: parameters.collect(),
-    }
+    Quality { scene, rounds: rounds[1].len(), clock, control, trusted, parameters: parameters.collect() }
 }
 
 fn parameter_settings(parameters: &study::Parameters) -> String {

@@ -61,7 +61,7 @@ pub(crate) struct Experiment {
     pub clock: Clock,
     /// The baseline against itself.
     pub control: Option<Estimate>,
-    /// Whether the control's interval holds 1.
+    /// Whether the control's interval holds 1, and rounds are enough for intervals of that confidence.
     pub trusted: bool,
     /// The largest part of a policy's time that looks at the clock take.
     pub overhead: f64,
@@ -265,9 +265,18 @@ fn control(control: Option<Estimate>, trusted: bool) -> String {
     match control {
         None => ", no whole round".to_owned(),
         Some(Estimate { median, low, high }) => {
-            let remark = if trusted { "" } else { ": it leaves out 1, so what follows is not judged" };
+            let remark = distrust(&Estimate { median, low, high }, trusted);
             format!(", against itself {median:.3} ({low:.3} to {high:.3}){remark}")
         }
+    }
+}
+
+/// Why nothing is judged beside a control, if so.
+pub(crate) fn distrust(control: &Estimate, trusted: bool) -> &'static str {
+    match (trusted, control.is_even()) {
+        (true, _) => "",
+        (false, true) => ": rounds are too few for intervals of that confidence, and nothing is judged",
+        (false, false) => ": it leaves out 1, so that the numbers are not to be trusted and nothing is judged",
     }
 }
 

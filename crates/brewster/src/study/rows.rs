@@ -18,7 +18,7 @@ pub(crate) fn policy_results(
     benches: &[Bench<'_>],
     blocks: &[Vec<Block>],
     (clock, intervals): (Clock, usize),
-    control: Option<&Estimate>,
+    (control, is_trusted): (Option<&Estimate>, bool),
     machine: &Machine,
 ) -> Vec<PolicyResult> {
     let places = (0..benches.len()).filter(|&place| place != 1);
@@ -41,7 +41,7 @@ pub(crate) fn policy_results(
             blocks: blocks.get(place.max(1)).cloned().unwrap_or_default(),
             rate: median(&runs).map(|seconds| bench.stats.rays() as f64 / seconds * 1e-6),
             speedup,
-            verdict: speedup.zip(control).map(|(speedup, control)| Verdict::of(&speedup, control)),
+            verdict: speedup.zip(control).map(|(speedup, control)| Verdict::of(&speedup, control, is_trusted)),
             wall_speedup: if place > 0 && clock != Clock::Wall { of_blocks(Clock::Wall) } else { None },
             counted: bench.counted.clone(),
             stages: stage_rows(bench, machine),

@@ -16,6 +16,7 @@ use super::machine::Machine;
 use super::measure::{Block, Clock, Side, Took, in_turn};
 use super::record::Experiment;
 use super::rows::{overhead, policy_results, speedup};
+use super::statistics::are_enough;
 use super::subject::{Subject, intervals};
 use super::trees::{Variants, builds};
 use crate::commands::Failure;
@@ -150,9 +151,11 @@ pub(crate) fn experiment(
     let clock = if subjects.iter().all(|subject| subject.threads == 1) { Clock::Processor } else { Clock::Wall };
     let intervals = intervals(study, subjects);
     let control = blocks.get(1).and_then(|blocks| speedup(blocks, clock, intervals));
+    let rounds = blocks.last().map_or(0, Vec::len);
+    let trusted = are_enough(rounds, intervals) && control.is_some_and(|control| control.is_even());
     let builds = builds(study, subjects, session.buffers(), &scene, watch)?;
     let film = expected.map(|(film, _)| film);
-    let policies = policy_results(&benches, &blocks, (clock, intervals), control.as_ref(), machine);
+    let policies = policy_results(&benches, &blocks, (clock, intervals), (control.as_ref(), trusted), machine);
     let experiment = Experiment {
         scene,
         parameters: parameters.to_owned(),
@@ -162,10 +165,10 @@ pub(crate) fn experiment(
         max_depth: settings.max_depth,
         rays: benches.first().map_or(0, |bench| bench.stats.rays()),
         picture: film.as_ref().map_or(String::new(), |film| format!("{:016x}", hash(film))),
-        rounds: blocks.last().map_or(0, Vec::len),
+        rounds,
         clock,
         control,
-        trusted: control.is_some_and(|control| control.is_even()),
+        trusted,
         overhead: overhead(&policies, machine),
         builds,
         policies,

@@ -10,7 +10,7 @@ use super::measure::{Block, Clock, Side, Took, in_turn};
 use super::record::BuildResult;
 use super::rows::speedup;
 use super::run::Watch;
-use super::statistics::{Verdict, median};
+use super::statistics::{Verdict, are_enough, median};
 use super::subject::{Subject, intervals, ways};
 use crate::commands::Failure;
 
@@ -95,6 +95,7 @@ pub(crate) fn builds(
     let intervals = intervals(study, subjects);
     let of = |place: usize| speedup(&blocks[place], Clock::Wall, intervals);
     let control = of(1);
+    let trusted = are_enough(blocks[1].len(), intervals) && control.is_some_and(|control| control.is_even());
     let result = |place: usize| {
         let speedup = if place > 0 { of(place) } else { None };
         // The baseline's are those around its twin's.
@@ -105,7 +106,10 @@ pub(crate) fn builds(
             blocks: blocks[place.max(1)].clone(),
             median: median(&runs.map(|took| took.wall).collect::<Vec<_>>()),
             speedup,
-            verdict: speedup.zip(control).filter(|_| place > 1).map(|(ratio, control)| Verdict::of(&ratio, &control)),
+            verdict: speedup
+                .zip(control)
+                .filter(|_| place > 1)
+                .map(|(ratio, control)| Verdict::of(&ratio, &control, trusted)),
         }
     };
     Ok((0..ways.len()).map(result).collect())

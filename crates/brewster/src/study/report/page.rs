@@ -1,7 +1,7 @@
 //! The page itself.
 
 use super::super::machine::Machine;
-use super::super::record::{Experiment, PolicyResult, Quality, Results, clock_part};
+use super::super::record::{Experiment, PolicyResult, Quality, Results, clock_part, distrust};
 use super::super::statistics::{Estimate, Verdict};
 use super::Chart;
 use super::charts::{GROUPS, by_stage, group};
@@ -52,7 +52,7 @@ const METHOD: &str = "<h2>How this was measured</h2>\n\
     <p>In every round each policy renders in a block of its own, two pictures between two of the baseline (A B B A), so that what drifts weighs on \
     both alike; a block's ratio is of the sums of both runs. Every block has queues and threads of its own, made in one order and in the other \
     by turns, for where these come to lie makes equals differ. CLOCKS Bars are medians of blocks with bootstrap intervals; no run is left out.LEVEL \
-    The baseline takes a block with its twin in every round, as a control: where its interval leaves out 1 nothing is judged, and a difference is \
+    The baseline takes a block with its twin in every round, as a control: where its interval leaves out 1, or rounds are too few for such an interval, nothing is judged, and a difference is \
     reported only where its own interval leaves out 1 and its median lies beyond what the control's reaches on either side. Every picture of every run was compared with the baseline's, bit for bit, and every policy's counts with the \
     baseline's counts. What a sort costs is in its policy's time.</p>\n\
     <p>Counts, lengths of runs, occupancy and visits come from a counting run; times come from runs without those, which look at the clock \
@@ -143,10 +143,8 @@ fn control(control: Option<Estimate>, trusted: bool) -> String {
     match control {
         None => "<p class=\"warn\">No whole round was run.</p>\n".to_owned(),
         Some(Estimate { median, low, high }) => {
-            let (class, remark) = match trusted {
-                true => ("faint", ""),
-                false => ("warn", ": it leaves out 1, so that the numbers are not to be trusted and nothing is judged"),
-            };
+            let class = if trusted { "faint" } else { "warn" };
+            let remark = distrust(&Estimate { median, low, high }, trusted);
             format!(
                 "<p class=\"{class}\">Against itself the baseline shows {median:.3} ({low:.3} – {high:.3}){remark}.</p>\n"
             )
