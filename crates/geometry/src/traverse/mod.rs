@@ -11,9 +11,11 @@ mod eight;
 mod one;
 #[cfg(target_arch = "x86_64")]
 mod packet;
+mod ready;
 mod search;
 mod single;
 mod slabs;
+mod task;
 mod wave;
 
 pub use one::{RayByRay, RayMemory};
@@ -100,7 +102,7 @@ pub fn closest_hits_by(
     mut hits: HitsViewMut<'_>,
 ) {
     assert!(hits.len() >= rays.len(), "every ray has a row for its hit");
-    if !wave::run(kernel, scene, level, rays, wave::Closest(hits.reborrow())) {
+    if !wave::run(kernel, scene, level, rays, task::Closest(hits.reborrow())) {
         closest_single(level, scene, rays, hits.reborrow());
     }
 }
@@ -124,7 +126,7 @@ pub fn occluded_by(
     out: &mut [bool],
 ) {
     assert!(t_max.len() >= rays.len() && out.len() >= rays.len(), "every ray has a row");
-    if !wave::run(kernel, scene, level, rays, wave::Occluded { t_max, out: &mut *out }) {
+    if !wave::run(kernel, scene, level, rays, task::Occluded { t_max, out: &mut *out }) {
         occluded_single(level, scene, rays, t_max, out);
     }
 }
