@@ -261,7 +261,7 @@ unsafe fn walk<K: Kernel, const ANY: bool>(
                         continue;
                     }
                     2 => {
-                        let pair = [met.trailing_zeros() as usize & 7, 31 - met.leading_zeros() as usize & 7];
+                        let pair = [met.trailing_zeros() as usize & 7, met.ilog2() as usize & 7];
                         let [near, far] = if enter[pair[0]] <= enter[pair[1]] { pair } else { [pair[1], pair[0]] };
                         (*distances, *references) = (enter[far], node.children[far]);
                         waiting += 1;

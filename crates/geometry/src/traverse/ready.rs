@@ -40,9 +40,9 @@ impl Ready {
             return;
         }
         for axis in 0..3 {
-            for lane in 0..RUN {
-                self.origin[axis][lane] = rays.origin[axis][numbers[lane]];
-                self.direction[axis][lane] = rays.direction[axis][numbers[lane]];
+            for (lane, &number) in numbers.iter().enumerate() {
+                self.origin[axis][lane] = rays.origin[axis][number];
+                self.direction[axis][lane] = rays.direction[axis][number];
             }
         }
     }
