@@ -1,5 +1,6 @@
 //! Renders a scene of a performance laboratory and prints one JSON line with the fields of the other renderers' lines:
-//! `cargo bench -p brewster-tests --bench laboratory -- SCENE.json [--threads N] [--spp N] [--runs N] [--hdr FILE]`.
+//! `cargo bench -p brewster-tests --bench laboratory -- SCENE.json [--threads N] [--spp N] [--runs N] [--hdr FILE] [--ron FILE]`.
+//! The last two write the picture, and the scene for other commands, to be kept beside its files.
 //!
 //! A `SCENE.json` has `width`, `height`, `spp`, `max_depth` (of a path's rays, the one from the light included), `camera` (`origin`,
 //! `target`, `fov_deg`), `environment` (null, `constant` with `radiance`, or `map` with `file`), `materials` (`diffuse` and `mirror` with
@@ -24,6 +25,7 @@ struct Options {
     samples: Option<u64>,
     runs: usize,
     hdr: Option<String>,
+    ron: Option<String>,
 }
 
 fn main() {
@@ -31,7 +33,7 @@ fn main() {
     let mut arguments = std::env::args().skip(1).filter(|argument| argument != "--bench");
     // `cargo bench` starts all benches of a package.
     let Some(scene) = arguments.next() else { return println!("laboratory: no scene was named") };
-    let mut options = Options { threads: 1, samples: None, runs: 3, hdr: None };
+    let mut options = Options { threads: 1, samples: None, runs: 3, hdr: None, ron: None };
     while let Some(name) = arguments.next() {
         let value = arguments.next().unwrap_or_else(|| panic!("{name} needs a value"));
         let number = || value.parse::<u64>().unwrap_or_else(|_| panic!("{name} {value}: a whole number was expected"));
@@ -40,7 +42,8 @@ fn main() {
             "--spp" => options.samples = Some(number()),
             "--runs" => options.runs = number() as usize,
             "--hdr" => options.hdr = Some(value),
-            _ => panic!("there is no {name}: --threads, --spp, --runs or --hdr was expected"),
+            "--ron" => options.ron = Some(value),
+            _ => panic!("there is no {name}: --threads, --spp, --runs, --hdr or --ron was expected"),
         }
     }
     println!("{}", measure(Path::new(&scene), &options, begin));
@@ -52,7 +55,11 @@ fn measure(path: &Path, options: &Options, begin: Instant) -> Value {
     let samples = options.samples.unwrap_or_else(|| whole(&description["spp"]));
     let start = Instant::now();
     let mut session = Session::new(path, SessionOptions::default());
-    session.load_text(&ron(&description, samples)).unwrap_or_else(|error| panic!("{error}"));
+    let scene = ron(&description, samples);
+    if let Some(file) = &options.ron {
+        std::fs::write(file, &scene).expect("the scene can be written");
+    }
+    session.load_text(&scene).unwrap_or_else(|error| panic!("{error}"));
     session.flatten().unwrap_or_else(|error| panic!("{error}"));
     let mut scene = session.buffers().clone();
     let load = start.elapsed().as_secs_f64();

@@ -6,7 +6,8 @@ use std::arch::x86_64::*;
 use super::eight::{Sheared, boxes, keys, store_ordered};
 use super::one::{self, Stack};
 use super::slabs::Slabs;
-use super::wave::{Kernel, Memory, Task, wave};
+use super::task::Task;
+use super::wave::{Kernel, Memory, wave};
 use crate::hit::Hit;
 use crate::ray::{Ray, Rays};
 use crate::scene::SceneGeometry;
@@ -43,6 +44,16 @@ pub(super) unsafe fn one<const ANY: bool>(
 
 impl Kernel for Avx2 {
     #[inline(always)]
+    unsafe fn meet(slabs: &Slabs, node: &Node, limit: f32, enter: &mut [f32; 8]) -> u32 {
+        // SAFETY: the caller has the instruction set.
+        unsafe {
+            let (entered, leave) = boxes(slabs, node, limit);
+            _mm256_storeu_ps(enter.as_mut_ptr(), entered);
+            _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(entered, leave)) as u32
+        }
+    }
+
+    #[inline(always)]
     unsafe fn push<const ORDERED: bool>(
         slabs: &Slabs,
         node: &Node,
@@ -71,7 +82,7 @@ impl Kernel for Avx2 {
     }
 
     #[inline(always)]
-    unsafe fn filter(shear: &Shear, patch: &Patch, sheared: &mut [[f32; 8]; 3]) -> u32 {
+    unsafe fn filter(shear: &Shear, patch: &Patch, limit: f32, sheared: &mut [[f32; 8]; 3]) -> u32 {
         // SAFETY: the caller has the instruction set.
         unsafe {
             let found = Sheared::new(shear, patch);
@@ -81,8 +92,9 @@ impl Kernel for Avx2 {
                 _mm256_cmp_ps::<_CMP_LE_OQ>(found.most, zero),
             );
             let inside = _mm256_movemask_ps(inside) as u32;
-            let mask = inside & ((1 << patch.triangles) - 1);
+            let mut mask = inside & ((1 << patch.triangles) - 1);
             if mask != 0 {
+                mask &= found.in_reach(shear, limit);
                 found.store(sheared);
             }
             mask

@@ -7,7 +7,8 @@ use super::eight::{Sheared, boxes, keys, store_ordered};
 use super::one::{self, Stack};
 use super::packet;
 use super::slabs::Slabs;
-use super::wave::{Kernel, Memory, Task, wave};
+use super::task::Task;
+use super::wave::{Kernel, Memory, wave};
 use crate::hit::Hit;
 use crate::ray::{Ray, Rays};
 use crate::scene::SceneGeometry;
@@ -60,6 +61,16 @@ pub(super) unsafe fn one<const ANY: bool>(
 
 impl Kernel for Avx512 {
     #[inline(always)]
+    unsafe fn meet(slabs: &Slabs, node: &Node, limit: f32, enter: &mut [f32; 8]) -> u32 {
+        // SAFETY: the caller has the instruction set.
+        unsafe {
+            let (entered, leave) = boxes(slabs, node, limit);
+            _mm256_storeu_ps(enter.as_mut_ptr(), entered);
+            _mm256_cmp_ps_mask::<_CMP_LE_OQ>(entered, leave) as u32
+        }
+    }
+
+    #[inline(always)]
     unsafe fn push<const ORDERED: bool>(
         slabs: &Slabs,
         node: &Node,
@@ -85,7 +96,7 @@ impl Kernel for Avx512 {
     }
 
     #[inline(always)]
-    unsafe fn filter(shear: &Shear, patch: &Patch, sheared: &mut [[f32; 8]; 3]) -> u32 {
+    unsafe fn filter(shear: &Shear, patch: &Patch, limit: f32, sheared: &mut [[f32; 8]; 3]) -> u32 {
         // SAFETY: the caller has the instruction set.
         unsafe {
             let found = Sheared::new(shear, patch);
@@ -93,8 +104,9 @@ impl Kernel for Avx512 {
             let inside = _mm256_cmp_ps_mask::<_CMP_GE_OQ>(found.least, zero)
                 | _mm256_cmp_ps_mask::<_CMP_LE_OQ>(found.most, zero);
             let inside = inside as u32;
-            let mask = inside & ((1 << patch.triangles) - 1);
+            let mut mask = inside & ((1 << patch.triangles) - 1);
             if mask != 0 {
+                mask &= found.in_reach(shear, limit);
                 found.store(sheared);
             }
             mask

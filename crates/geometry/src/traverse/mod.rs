@@ -12,9 +12,11 @@ mod eight;
 mod one;
 #[cfg(target_arch = "x86_64")]
 mod packet;
+mod ready;
 mod search;
 mod single;
 mod slabs;
+mod task;
 mod wave;
 
 pub use by_obvhs::ObvhsTrees;
@@ -106,7 +108,7 @@ pub fn closest_hits_by(
     assert!(hits.len() >= rays.len(), "every ray has a row for its hit");
     if let Some(trees) = scene.obvhs.filter(|_| kernel == Kernel::Obvhs) {
         closest_obvhs(level, scene, trees, rays, hits);
-    } else if !wave::run(kernel, scene, level, rays, wave::Closest(hits.reborrow())) {
+    } else if !wave::run(kernel, scene, level, rays, task::Closest(hits.reborrow())) {
         closest_single(level, scene, rays, hits);
     }
 }
@@ -132,7 +134,7 @@ pub fn occluded_by(
     assert!(t_max.len() >= rays.len() && out.len() >= rays.len(), "every ray has a row");
     if let Some(trees) = scene.obvhs.filter(|_| kernel == Kernel::Obvhs) {
         occluded_obvhs(level, scene, trees, rays, t_max, out);
-    } else if !wave::run(kernel, scene, level, rays, wave::Occluded { t_max, out: &mut *out }) {
+    } else if !wave::run(kernel, scene, level, rays, task::Occluded { t_max, out: &mut *out }) {
         occluded_single(level, scene, rays, t_max, out);
     }
 }

@@ -214,7 +214,7 @@ impl Leaves for InMesh<'_> {
         // SAFETY: as stated; a patch's triangles are in its tree's list of primitives.
         unsafe {
             let patch = tree.patches.get_unchecked(leaf as usize);
-            let mut mask = K::filter(shear, patch, &mut sheared);
+            let mut mask = K::filter(shear, patch, found.limit, &mut sheared);
             while mask != 0 {
                 let triangle = mask.trailing_zeros() as usize;
                 mask &= mask - 1;
@@ -250,11 +250,27 @@ unsafe fn walk<K: Kernel, const ANY: bool>(
         unsafe {
             if reference & LEAF == 0 {
                 let node = nodes.get_unchecked(reference as usize);
+                let mut enter = [0.0; 8];
+                let met = K::meet(slabs, node, found.limit, &mut enter);
                 let Stack { distances, references } = stack.above(waiting);
-                waiting += match ANY {
-                    true => K::push::<false>(slabs, node, found.limit, distances, references),
-                    false => K::push::<true>(slabs, node, found.limit, distances, references),
-                } as usize;
+                // One child or two are the rule: the processor guesses how many, and looks at the next node before it knows.
+                match met.count_ones() {
+                    0 => {}
+                    1 => {
+                        reference = node.children[met.trailing_zeros() as usize & 7];
+                        continue;
+                    }
+                    2 => {
+                        let pair = [met.trailing_zeros() as usize & 7, met.ilog2() as usize & 7];
+                        let [near, far] = if enter[pair[0]] <= enter[pair[1]] { pair } else { [pair[1], pair[0]] };
+                        (*distances, *references) = (enter[far], node.children[far]);
+                        waiting += 1;
+                        reference = node.children[near];
+                        continue;
+                    }
+                    _ if ANY => waiting += K::push::<false>(slabs, node, found.limit, distances, references) as usize,
+                    _ => waiting += K::push::<true>(slabs, node, found.limit, distances, references) as usize,
+                }
             } else if leaves.visit::<K, ANY>(reference & !LEAF, found, stack.above(waiting)) {
                 return true;
             }

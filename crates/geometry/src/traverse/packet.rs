@@ -15,7 +15,7 @@ use std::arch::x86_64::*;
 use super::beam::{Beam, Interval, WIDTH, joined, widened};
 use super::search::Nearest;
 use super::single;
-use super::wave::Task;
+use super::task::Task;
 use crate::aabb::Aabb;
 use crate::hit::Hit;
 use crate::intersect_triangle;

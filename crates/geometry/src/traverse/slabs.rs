@@ -21,6 +21,9 @@ use crate::tree::node::Node;
 /// The growth of boxes, relative to the reach.
 pub(crate) const PAD: f32 = 20.0 / (1 << 24) as f32;
 
+/// The least part of a direction, relative to its largest coordinate.
+pub(crate) const LEAST: f32 = 1.0 / (1u64 << 40) as f32;
+
 /// A ray, prepared for the boxes of one tree.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
@@ -41,7 +44,7 @@ impl Slabs {
     pub(crate) fn new(ray: &Ray, reach: f32, slack: f32) -> Slabs {
         let (origin, direction) = (Vec3A::from(ray.origin), Vec3A::from(ray.direction));
         let pad = (origin.abs().max_element() + reach) * PAD + slack;
-        let least = Vec3A::splat(direction.abs().max_element() * (1.0 / (1u64 << 40) as f32));
+        let least = Vec3A::splat(direction.abs().max_element() * LEAST);
         let is_small = direction.abs().cmplt(least);
         let inverse = Vec3A::select(is_small, least.copysign(direction), direction).recip();
         let pad = Vec3A::splat(pad).copysign(direction);

@@ -19,11 +19,14 @@
 use brewster_lanes::{Level, prefetch};
 use glam::Vec3;
 
+use super::ready::{RUN, Ready};
 use super::slabs::Slabs;
-use crate::hit::{Hit, HitsViewMut, MISS};
+use super::task::Task;
+use crate::hit::{Hit, MISS};
 use crate::ray::{Ray, Rays};
 use crate::scene::SceneGeometry;
-use crate::shape::{Analytic, LocalHit, with_shape};
+use crate::shape::{Analytic, LocalHit, ShapeKind, with_shape};
+use crate::tree::MeshTree;
 use crate::tree::node::{LEAF, Node, Patch};
 use crate::triangle::Shear;
 
@@ -38,6 +41,13 @@ const LEAVE: u32 = u32::MAX - 1;
 
 /// The steps that are written for an instruction set.
 pub(crate) trait Kernel {
+    /// Where the ray enters the children of a node, and a bit for each that it meets before `limit`. Distances may be rounded down, never
+    /// up.
+    ///
+    /// # Safety
+    /// The machine has the kernel's instruction set.
+    unsafe fn meet(slabs: &Slabs, node: &Node, limit: f32, enter: &mut [f32; 8]) -> u32;
+
     /// Pushes the children of a node that the ray meets before `limit` and returns their number: the nearest last if `ORDERED`.
     /// Distances may be rounded down, never up.
     ///
@@ -51,64 +61,12 @@ pub(crate) trait Kernel {
         references: *mut u32,
     ) -> u32;
 
-    /// Shears the vertices of a patch, and returns a bit for every triangle that the ray may hit. Without a bit, the sheared
-    /// vertices need not be written.
+    /// Shears the vertices of a patch, and returns a bit for every triangle that the ray may hit before `limit`. Without a bit, the
+    /// sheared vertices need not be written.
     ///
     /// # Safety
     /// The machine has the kernel's instruction set.
-    unsafe fn filter(shear: &Shear, patch: &Patch, sheared: &mut [[f32; 8]; 3]) -> u32;
-}
-
-/// What a wave is for.
-pub(crate) trait Task {
-    /// Whether the first hit found will do.
-    const ANY: bool;
-    /// Where a ray ends.
-    fn limit(&self, ray: usize) -> f32;
-    /// Takes a ray's hit.
-    fn finish(&mut self, ray: usize, hit: &Hit);
-    /// Takes the hits of sixteen rays from `first` on.
-    #[cfg(target_arch = "x86_64")]
-    fn finish_packet(&mut self, first: usize, hits: &super::packet::Hits) {
-        (0..hits.t.len()).for_each(|lane| self.finish(first + lane, &hits.get(lane)));
-    }
-}
-
-/// The nearest hits.
-pub(crate) struct Closest<'a>(pub(crate) HitsViewMut<'a>);
-
-impl Task for Closest<'_> {
-    const ANY: bool = false;
-
-    #[inline(always)]
-    fn limit(&self, _ray: usize) -> f32 {
-        f32::INFINITY
-    }
-
-    #[inline(always)]
-    fn finish(&mut self, ray: usize, hit: &Hit) {
-        self.0.set(ray, *hit);
-    }
-}
-
-/// Whether there is a hit before `t_max`.
-pub(crate) struct Occluded<'a> {
-    pub(crate) t_max: &'a [f32],
-    pub(crate) out: &'a mut [bool],
-}
-
-impl Task for Occluded<'_> {
-    const ANY: bool = true;
-
-    #[inline(always)]
-    fn limit(&self, ray: usize) -> f32 {
-        self.t_max[ray]
-    }
-
-    #[inline(always)]
-    fn finish(&mut self, ray: usize, hit: &Hit) {
-        self.out[ray] = !hit.is_miss();
-    }
+    unsafe fn filter(shear: &Shear, patch: &Patch, limit: f32, sheared: &mut [[f32; 8]; 3]) -> u32;
 }
 
 /// A ray in flight.
@@ -183,20 +141,24 @@ struct Stacks {
     base: *mut u32,
     /// Entries of one stack.
     entries: usize,
+    /// Words from one slot's stacks to the next.
+    stride: usize,
 }
 
 impl Stacks {
-    /// Words from one slot's stacks to the next: never a multiple of 1 KiB, or slots would compete for the same cache lines
-    /// (5 to 15 % slower).
-    fn stride(entries: usize) -> usize {
+    /// Takes memory for stacks of so many entries.
+    fn new(memory: &mut Vec<u32>, entries: usize) -> Stacks {
         let words = (2 * entries).next_multiple_of(16);
-        if words.is_multiple_of(256) { words + 16 } else { words }
+        // Never a multiple of 1 KiB, or slots would compete for the same cache lines (5 to 15 % slower).
+        let stride = if words.is_multiple_of(256) { words + 16 } else { words };
+        memory.resize((SLOTS * stride).max(memory.len()), 0);
+        Stacks { base: memory.as_mut_ptr(), entries, stride }
     }
 
     /// Distances and references of a slot.
     #[inline(always)]
     fn of(&self, slot: usize) -> (*mut f32, *mut u32) {
-        let distances = self.base.wrapping_add(slot * Stacks::stride(self.entries));
+        let distances = self.base.wrapping_add(slot * self.stride);
         (distances.cast(), distances.wrapping_add(self.entries))
     }
 }
@@ -225,12 +187,11 @@ pub(crate) unsafe fn wave<K: Kernel, T: Task>(
 ) {
     let deepest = scene.mesh_trees.iter().fold(1, |most, tree| most.max(tree.stack));
     let entries = scene.top.stack + deepest + 16;
-    memory.stacks.resize((SLOTS * Stacks::stride(entries)).max(memory.stacks.len()), 0);
     memory.slots.resize_with(SLOTS, Slot::idle);
-    let stacks = Stacks { base: memory.stacks.as_mut_ptr(), entries };
+    let stacks = Stacks::new(&mut memory.stacks, entries);
     let slots: &mut [Slot; SLOTS] = memory.slots.as_mut_slice().try_into().expect("there are that many slots");
-    let only_instance = scene.top.only_instance();
-    let mut wave = Wave { scene, rays, order, task, slots, stacks, only_instance, next_ray: 0 };
+    let start = Start::new(scene);
+    let mut wave = Wave { scene, rays, order, task, slots, stacks, start, next_ray: 0, ready: Ready::default() };
     // SAFETY: the stacks have room for the deepest tree of each level, their sentinels, and eight entries more.
     unsafe { wave.run::<K>() };
 }
@@ -243,9 +204,30 @@ struct Wave<'a, 'm, T> {
     task: T,
     slots: &'m mut [Slot; SLOTS],
     stacks: Stacks,
-    /// The instance that rays begin in, without a look at its box, if there is no other.
-    only_instance: Option<u32>,
+    start: Start<'a>,
     next_ray: usize,
+    /// The run of rays that the next one is in.
+    ready: Ready,
+}
+
+/// Where rays begin.
+#[derive(Clone, Copy)]
+enum Start<'a> {
+    /// Among the instances.
+    Top,
+    /// In the tree of a mesh, without a look at its instance's box: there is no other instance, and it does not move.
+    Mesh(u32, &'a MeshTree),
+}
+
+impl<'a> Start<'a> {
+    fn new(scene: &SceneGeometry<'a>) -> Start<'a> {
+        let Some(instance) = scene.top.only_instance() else { return Start::Top };
+        let shape = scene.shapes[instance as usize];
+        if shape.kind != ShapeKind::Mesh || scene.motions.at(instance, 0.0).is_some() {
+            return Start::Top;
+        }
+        Start::Mesh(instance, &scene.mesh_trees[shape.row as usize])
+    }
 }
 
 impl Slot {
@@ -295,6 +277,15 @@ impl Slot {
         self.on_top = 1;
         self.bases = [scene.top.nodes.as_ptr().cast(), scene.world_to_object.as_ptr().cast()];
         self.strides = [size_of::<Node>() as u32, size_of::<crate::Affine>() as u32];
+    }
+
+    /// Goes into the tree of a mesh.
+    #[inline(always)]
+    fn go_into(&mut self, tree: &MeshTree) {
+        self.on_top = 0;
+        self.bases = [tree.nodes.as_ptr().cast(), tree.patches.as_ptr().cast()];
+        self.strides = [size_of::<Node>() as u32, size_of::<Patch>() as u32];
+        self.primitives = tree.primitives.as_ptr();
     }
 }
 
@@ -408,18 +399,20 @@ impl<T: Task> Wave<'_, '_, T> {
     fn begin(&mut self, slot: usize) -> bool {
         let count = self.order.map_or(self.rays.len(), <[u32]>::len);
         while self.next_ray < count {
+            let lane = self.next_ray % RUN;
+            if lane == 0 {
+                self.make_ready(count);
+            }
             let index = self.order.map_or(self.next_ray, |order| order[self.next_ray] as usize);
             self.next_ray += 1;
-            let ray = self.rays.get(index);
             let (distances, references) = self.stacks.of(slot);
             let state = &mut self.slots[slot];
-            state.ray = ray;
             state.ray_index = index as u32;
             state.hit = Hit::miss();
             state.limit = self.task.limit(index);
             let mut over = false;
             for &plane in self.scene.planes {
-                let local = self.scene.local_ray(plane, &ray);
+                let local = self.scene.local_ray(plane, &self.rays.get(index));
                 let row = self.scene.shapes[plane as usize].row as usize;
                 state.instance = plane;
                 if let Some(hit) = self.scene.table.planes[row].intersect(&local) {
@@ -431,27 +424,43 @@ impl<T: Task> Wave<'_, '_, T> {
                 (*distances, *references) = (f32::NEG_INFINITY, DONE);
                 (*distances.add(1), *references.add(1)) = (0.0, 0);
             }
-            state.stack = 1;
-            let goes_on = if over {
-                false
-            } else if let Some(instance) = self.only_instance {
-                state.current = LEAF | instance;
-                self.enter(slot)
-            } else {
-                let start = ray.origin.abs().max_element();
-                state.top = Slabs::new(&ray, self.scene.top.reach, self.scene.top.slack(start));
-                state.go_on_top(self.scene);
-                state.top.is_usable()
-            };
-            let state = &mut self.slots[slot];
-            if goes_on {
-                state.stack = 2;
+            state.stack = 2;
+            match self.start {
+                Start::Top => {
+                    state.ray = self.rays.get(index);
+                    state.top = self.ready.slabs_of(lane);
+                    state.go_on_top(self.scene);
+                }
+                Start::Mesh(instance, tree) => {
+                    state.instance = instance;
+                    state.slabs = self.ready.slabs_of(lane);
+                    state.shear = self.ready.shear_of(lane);
+                    state.go_into(tree);
+                }
+            }
+            if !over && state.slabs.is_usable() {
                 return true;
             }
             let hit = state.hit;
             self.task.finish(index, &hit);
         }
         false
+    }
+
+    /// Makes the next rays ready for the tree that they begin in.
+    #[inline(always)]
+    fn make_ready(&mut self, count: usize) {
+        let Wave { ready, rays, order, next_ray, scene, .. } = self;
+        let number = |lane: usize| (*next_ray + lane).min(count - 1);
+        ready.take(*rays, |lane| order.map_or(number(lane), |order| order[number(lane)] as usize));
+        match self.start {
+            Start::Top => ready.slabs(scene.top.reach, |start| scene.top.slack(start)),
+            Start::Mesh(instance, tree) => {
+                ready.map(&scene.world_to_object[instance as usize]);
+                ready.slabs(tree.reach, |_| 0.0);
+                ready.shears();
+            }
+        }
     }
 
     /// Meets an instance: its shape, or the root of its mesh's tree, which is then current. True for a mesh.
@@ -478,10 +487,7 @@ impl<T: Task> Wave<'_, '_, T> {
                     return false;
                 }
                 state.shear = Shear::new(&local);
-                state.on_top = 0;
-                state.bases = [tree.nodes.as_ptr().cast(), tree.patches.as_ptr().cast()];
-                state.strides = [size_of::<Node>() as u32, size_of::<Patch>() as u32];
-                state.primitives = tree.primitives.as_ptr();
+                state.go_into(tree);
                 state.current = 0;
                 // Where nothing waits among the instances, the ray is done when it has been through the mesh.
                 if state.stack > 1 {
@@ -528,7 +534,7 @@ impl<T: Task> Wave<'_, '_, T> {
             let state = self.slots.get_unchecked_mut(slot);
             let patch = &*state.bases[1].cast::<Patch>().add((state.current & !LEAF) as usize);
             let mut sheared = [[0.0; 8]; 3];
-            let mut mask = K::filter(&state.shear, patch, &mut sheared);
+            let mut mask = K::filter(&state.shear, patch, state.limit, &mut sheared);
             while mask != 0 {
                 let triangle = mask.trailing_zeros() as usize;
                 mask &= mask - 1;
