@@ -20,13 +20,13 @@ use crate::gltf_model::{Model, cuboid, square};
 use crate::scene::picture;
 
 /// The mean color of a scene's picture.
-fn mean(scene: &SceneBuffers) -> DVec3 {
+pub(crate) fn mean(scene: &SceneBuffers) -> DVec3 {
     let pixels = picture(scene);
     pixels.iter().map(|(_, color)| *color).sum::<DVec3>() / pixels.len() as f64
 }
 
 #[track_caller]
-fn near(found: DVec3, expected: impl Into<DVec3>, tolerance: f64) {
+pub(crate) fn near(found: DVec3, expected: impl Into<DVec3>, tolerance: f64) {
     let expected = expected.into();
     let off = (found - expected).abs().max_element();
     assert!(off <= tolerance * expected.max_element(), "{found} instead of {expected}");
@@ -53,7 +53,7 @@ fn glass(color: [f32; 3], roughness: f32, more: &[(&str, Value)]) -> Value {
 }
 
 /// A floor of chalk with albedo 0.8, seen from 1 above, and what lights it.
-fn floor(light: impl FnOnce(&mut Model)) -> Model {
+pub(crate) fn floor(light: impl FnOnce(&mut Model)) -> Model {
     let mut model = Model::new();
     model.camera(0.02, [0.0, 0.0, 1.0]);
     let material = model.add("materials", chalk(0.8));

@@ -72,6 +72,11 @@ impl Model {
         self.add("meshes", json!({"primitives": [primitive]}))
     }
 
+    /// Gives the primitive of a mesh extensions.
+    pub(crate) fn extend_primitive(&mut self, mesh: usize, extensions: Value) {
+        self.json["meshes"][mesh]["primitives"][0]["extensions"] = extensions;
+    }
+
     /// Adds a node to the scene.
     pub(crate) fn node(&mut self, node: Value) -> usize {
         let node = self.add("nodes", node);

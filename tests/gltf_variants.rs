@@ -1,6 +1,7 @@
-//! A model that is stored in another way is the same model, to the bit: quantized or plain, its picture as WebP or as PNG.
+//! A model that is stored in another way is the same model, to the bit: quantized or plain, its picture as WebP, as KTX2 or as PNG.
 
 use std::io::Cursor;
+use std::path::Path;
 
 use brewster_buffers::SceneBuffers;
 use glam::Vec3;
@@ -10,28 +11,32 @@ use serde_json::json;
 use crate::gltf_model::{Model, Triangles, cuboid};
 use crate::scene::render;
 
+/// A picture's type and its file.
+type Picture = (&'static str, Vec<u8>);
+
 /// A picture of squares in some colors.
-fn picture(format: ImageFormat) -> Vec<u8> {
+fn picture(format: ImageFormat) -> Picture {
     let picture = RgbImage::from_fn(32, 16, |x, y| Rgb([(x / 4 * 30) as u8, (y / 4 * 80) as u8, 40]));
     let mut bytes = Vec::new();
     picture.write_to(&mut Cursor::new(&mut bytes), format).expect("a picture");
-    bytes
+    (format.to_mime_type(), bytes)
 }
 
 /// A box that wears it and stands askew, under a lamp.
-fn model(format: ImageFormat, add_mesh: impl FnOnce(&mut Model, &Triangles, usize) -> usize) -> SceneBuffers {
+fn model((kind, bytes): &Picture, add_mesh: impl FnOnce(&mut Model, &Triangles, usize) -> usize) -> SceneBuffers {
     let mut model = Model::new();
-    let view = model.view(&picture(format));
-    model.add("images", json!({"bufferView": view, "mimeType": format.to_mime_type()}));
+    let view = model.view(bytes);
+    model.add("images", json!({"bufferView": view, "mimeType": kind}));
     model.add(
         "textures",
-        match format {
-            ImageFormat::WebP => json!({"extensions": {"EXT_texture_webp": {"source": 0}}}),
+        match *kind {
+            "image/webp" => json!({"extensions": {"EXT_texture_webp": {"source": 0}}}),
+            "image/ktx2" => json!({"extensions": {"KHR_texture_basisu": {"source": 0}}}),
             _ => json!({"source": 0}),
         },
     );
     let color = json!({"baseColorTexture": {"index": 0}, "metallicFactor": 0.0});
-    let material = model.add("materials", json!({"pbrMetallicRoughness": color}));
+    let material = model.add("materials", json!({"pbrMetallicRoughness": color, "alphaMode": "BLEND"}));
     // Its corners are at 1 and -1, its normals along axes, its texture coordinates 0 and 1: integers stand for these exactly.
     let mesh = add_mesh(&mut model, &cuboid(Vec3::splat(2.0)), material);
     model.node(json!({"mesh": mesh, "rotation": [0.2, 0.3, 0.1, 0.927_361_849_549_570_4], "scale": [0.4, 0.5, 0.6]}));
@@ -69,12 +74,35 @@ fn quantized(model: &mut Model, mesh: &Triangles, material: usize) -> usize {
     model.add("meshes", json!({"primitives": [{"attributes": attributes, "indices": indices, "material": material}]}))
 }
 
-#[test]
-fn variants_of_a_model_make_one_picture() {
-    let (expected, _) = render(&model(ImageFormat::Png, plain));
+/// The pixels of a picture of one model and of another, which shows something.
+#[track_caller]
+fn alike(found: &SceneBuffers, expected: &SceneBuffers, what: &str) {
+    let (expected, _) = render(expected);
     let colors = expected.resolve().pixels;
     assert!((0..colors.len()).any(|row| colors.get(row).color != colors.get(0).color), "the picture shows nothing");
-    assert!(render(&model(ImageFormat::Png, quantized)).0 == expected, "quantized");
-    assert!(render(&model(ImageFormat::WebP, plain)).0 == expected, "with a WebP picture");
-    assert!(render(&model(ImageFormat::WebP, quantized)).0 == expected, "quantized, with a WebP picture");
+    assert!(render(found).0 == expected, "{what}");
+}
+
+#[test]
+fn variants_of_a_model_make_one_picture() {
+    let (png, webp) = (picture(ImageFormat::Png), picture(ImageFormat::WebP));
+    let expected = model(&png, plain);
+    alike(&model(&png, quantized), &expected, "quantized");
+    alike(&model(&webp, plain), &expected, "with a WebP picture");
+    alike(&model(&webp, quantized), &expected, "quantized, with a WebP picture");
+}
+
+/// The PNGs are what Basis Universal's own transcoder makes of the files that its encoder wrote: both its codecs, the second with
+/// and without Zstandard.
+#[test]
+fn basis_pictures_are_what_their_makers_read_in_them() {
+    let read = |name: &str| {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("gltf/pictures").join(name);
+        std::fs::read(path).expect("the picture")
+    };
+    for (name, decoded) in [("etc1s.ktx2", "etc1s.png"), ("uastc.ktx2", "uastc.png"), ("uastc-zstd.ktx2", "uastc.png")]
+    {
+        let (basis, png) = (("image/ktx2", read(name)), ("image/png", read(decoded)));
+        alike(&model(&basis, plain), &model(&png, plain), name);
+    }
 }

@@ -12,6 +12,7 @@
 //! - `furnace`: in light from everywhere nothing is lost but what the maximum depth cuts.
 //! - `gltf_agrees`: a ball in a glTF file is the same ball with the material that it should come to.
 //! - `gltf_converts`: a glTF file that was converted to RON makes the picture that the file makes.
+//! - `gltf_extensions`: what glTF's extensions say reaches the scene, and the picture as their texts have it.
 //! - `gltf_faults`: glTF is free of the faults that other path tracers of it are known for.
 //! - `gltf_variants`: a glTF model stored in other ways makes the same picture.
 //! - `layers`: crates depend on each other as the architecture page says, and on nothing else.
@@ -46,6 +47,7 @@ mod fresnel_error;
 mod furnace;
 mod gltf_agrees;
 mod gltf_converts;
+mod gltf_extensions;
 mod gltf_faults;
 mod gltf_model;
 mod gltf_variants;

@@ -32,7 +32,7 @@ pub struct SettingsChoices {
     pub integrator: Option<Integrator>,
     /// The number of interactions that may scatter on.
     pub max_depth: Option<u32>,
-    /// Samples per pixel.
+    /// Samples per pixel: so many for each, unless a threshold is given, too.
     pub samples: Option<u32>,
     /// The noise below which blocks of pixels get no more samples, above 0.
     pub noise_threshold: Option<f32>,
@@ -62,7 +62,9 @@ impl SettingsChoices {
         settings.resolution = resolution.unwrap_or(settings.resolution);
         settings.integrator = integrator.unwrap_or(settings.integrator);
         settings.max_depth = max_depth.unwrap_or(settings.max_depth);
-        settings.samples = samples.unwrap_or(settings.samples);
+        if let Some(samples) = samples {
+            (settings.samples, settings.noise_threshold) = (samples, None);
+        }
         settings.noise_threshold = noise_threshold.or(settings.noise_threshold);
         settings.seed = seed.unwrap_or(settings.seed);
         settings.sampler = sampler.unwrap_or(settings.sampler);

@@ -5,6 +5,7 @@
 //! - `replay_repeats`: tapes run to the same result, and bad ones are refused.
 //! - `ctrl_c_saves`: an interrupted render, or one with a time limit, leaves what is finished.
 //! - `gltf_renders`: pictures of glTF files, views, frames, and the report.
+//! - `gltf_views`: every argument that chooses a part of a glTF file, a camera, a moment or a sky.
 //! - `watch_follows_edits`: a preview follows its files and survives broken ones.
 //! - `check_tells`: what is wrong with a scene, as text and as JSON.
 //! - `explain_tells`: how a pixel's light came about adds up, and every field is documented.
@@ -23,6 +24,7 @@ mod door {
     mod explain_tells;
     mod fresnel_tabulates;
     mod gltf_renders;
+    mod gltf_views;
     mod render_writes_pictures;
     mod replay_repeats;
     mod shells_are_served;

@@ -186,6 +186,9 @@ impl Importer {
         session.digest.update(format!("{:?}{:?}", options.view, options.gltf).as_bytes());
         let models = std::mem::take(&mut session.models);
         // Pictures that nobody else holds will not be asked for again.
+        let pyramids = &session.assets.pyramids;
+        let levels = |image| [true, false].iter().filter(|&&srgb| pyramids.contains_key(&(image, srgb))).count();
+        session.assets.pictures.retain(|_, image| Arc::strong_count(image) > 1 + levels(Arc::as_ptr(image)));
         session.assets.pyramids.retain(|_, (image, _)| Arc::strong_count(image) > 1);
         session.assets.primitives.retain(|known, _| models.contains(&known.0));
         let (dependencies, hash) = (session.dependencies, session.digest.finish());

@@ -1,5 +1,5 @@
 //! glTF models against pictures that other renderers made of them:
-//! `cargo bench -p brewster-tests --bench goldens [-- [DIR] [--samples N] [--out DIR] [MODEL…]]`.
+//! `cargo bench -p brewster-tests --bench goldens [-- [DIR] [--samples N] [--out DIR] [--compensated] [--pairs] [MODEL…]]`.
 //!
 //! DIR (`tests/gltf` without one) holds `models`, `env`, and in `goldens/MODEL` the pictures and `scenario.json`, which says what
 //! they show. Every picture is compared over gray: the mean absolute difference of display values, and FLIP. Prints a table and
@@ -7,8 +7,12 @@
 //!
 //! Renderers differ. A model agrees if the mean difference from some trusted picture is at most the largest one between two of
 //! the trusted pictures, clamped to 0.012 to 0.03; where fewer than two are trusted, 0.02.
+//!
+//! With `--compensated`, rough metals keep the light that meets a second facet, which Appendix B's lobes lose. With `--pairs`, models
+//! that DIR holds in two forms are compared with each other instead.
 
 mod page;
+mod pairs;
 mod scenario;
 
 use std::path::{Path, PathBuf};
@@ -17,7 +21,7 @@ use std::time::Instant;
 use brewster::film::{LinearImage, ToneMap, flip, read_image, srgb_decode, srgb_encode};
 use brewster::import::{EnvironmentChoice, LoadOptions, ViewChoices};
 use brewster::wavefront::Control;
-use brewster::world::components::{Settings, parts};
+use brewster::world::components::{Material, Settings, parts};
 use brewster::{RenderOptions, Session, SessionOptions, SettingsChoices};
 use glam::UVec2;
 
@@ -42,6 +46,15 @@ const DISTRUSTED: &[(&str, &str, &str)] = &[
     ("IridescenceSuzanne", "blender-cycles", "no thin films"),
     ("AnisotropyStrengthTest", "three-gpu-pathtracer", "no anisotropy"),
 ];
+
+/// How pictures are made.
+#[derive(Clone, Copy)]
+pub(crate) struct Manner {
+    pub(crate) samples: u32,
+    pub(crate) seed: u64,
+    /// As [`Principled::compensated`](brewster::world::components::Principled::compensated).
+    pub(crate) compensated: bool,
+}
 
 /// What became of a model.
 pub(crate) struct Outcome {
@@ -77,6 +90,12 @@ fn main() {
     let samples: u32 = take("--samples").map_or(64, |samples| samples.parse().expect("--samples takes a number"));
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let out = take("--out").map_or(root.join("../target/goldens"), PathBuf::from);
+    let mut is_asked = |name: &str| {
+        let at = arguments.iter().position(|argument| argument == name);
+        at.map(|at| arguments.remove(at)).is_some()
+    };
+    let compares_pairs = is_asked("--pairs");
+    let manner = Manner { samples, seed: 0, compensated: is_asked("--compensated") };
     let folder = match arguments.first().map(PathBuf::from).filter(|path| path.is_dir()) {
         Some(folder) => {
             arguments.remove(0);
@@ -84,6 +103,9 @@ fn main() {
         }
         None => root.join("gltf"),
     };
+    if compares_pairs {
+        return pairs::compare(&folder, manner).unwrap_or_else(|error| panic!("{error}"));
+    }
     std::fs::create_dir_all(&out).expect("a folder for the pictures");
     let mut names: Vec<String> = std::fs::read_dir(folder.join("goldens"))
         .expect("a folder `goldens`")
@@ -95,7 +117,7 @@ fn main() {
     println!("| --- | --- | --- | --- | --- | --- | --- | --- |");
     let mut outcomes = Vec::new();
     for name in names {
-        match compare(&folder, &name, &out, samples) {
+        match compare(&folder, &name, &out, manner) {
             Ok(outcome) => {
                 tell(&outcome);
                 outcomes.push(outcome);
@@ -124,11 +146,11 @@ fn tell(outcome: &Outcome) {
 }
 
 /// Renders a model's scenario and compares it with each golden.
-fn compare(folder: &Path, name: &str, out: &Path, samples: u32) -> Result<Outcome, String> {
+fn compare(folder: &Path, name: &str, out: &Path, manner: Manner) -> Result<Outcome, String> {
     let goldens = folder.join("goldens").join(name);
     let scenario = Scenario::read(&goldens.join("scenario.json"))?;
     let begin = Instant::now();
-    let light = render(folder, &scenario, samples)?;
+    let light = render(folder, &scenario, manner)?;
     let seconds = begin.elapsed().as_secs_f64();
     let mut comparisons = Vec::new();
     for renderer in &scenario.goldens {
@@ -154,7 +176,7 @@ fn compare(folder: &Path, name: &str, out: &Path, samples: u32) -> Result<Outcom
 }
 
 /// The picture of a scenario: radiance, black and transparent where the background is not to be seen.
-fn render(folder: &Path, scenario: &Scenario, samples: u32) -> Result<LinearImage, String> {
+fn render(folder: &Path, scenario: &Scenario, manner: Manner) -> Result<LinearImage, String> {
     let environment = EnvironmentChoice { file: folder.join(&scenario.environment), rotation: 0.0, strength: 1.0 };
     let backdrop = if scenario.shows_environment { parts::Backdrop::Background } else { parts::Backdrop::Transparent };
     let view = ViewChoices {
@@ -168,7 +190,8 @@ fn render(folder: &Path, scenario: &Scenario, samples: u32) -> Result<LinearImag
     let [width, height] = scenario.size;
     let settings = SettingsChoices {
         resolution: Some(UVec2::new(width, height)),
-        samples: Some(samples),
+        samples: Some(manner.samples),
+        seed: Some(manner.seed),
         ..SettingsChoices::default()
     };
     let options = SessionOptions { load: LoadOptions { view, ..LoadOptions::default() }, settings };
@@ -177,6 +200,11 @@ fn render(folder: &Path, scenario: &Scenario, samples: u32) -> Result<LinearImag
     let world = session.scene_mut().world_mut();
     // The goldens were made larger, and averaged over squares.
     world.resource_mut::<Settings>().0.filter = parts::PixelFilter::Box;
+    for mut material in world.query::<&mut Material>().iter_mut(world) {
+        if let Material::Principled(principled) = &mut *material {
+            principled.compensated = manner.compensated;
+        }
+    }
     session.flatten().map_err(|error| error.to_string())?;
     let mut render = session.render(RenderOptions::default()).map_err(|error| error.to_string())?;
     let control = Control::default();

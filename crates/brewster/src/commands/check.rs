@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use super::scene::SceneArguments;
 use super::{Failure, print};
-use crate::terminal::plural;
+use crate::terminal::{Terminal, plural};
 
 /// Tells what is wrong with a scene, without rendering it.
 ///
@@ -48,7 +48,9 @@ enum Finding {
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let mut session = arguments.scene.session(SettingsChoices::default())?;
+    let progress = Terminal::new(false).begin("check");
     let diagnostics = findings(&mut session);
+    drop(progress);
     let count = |severity| diagnostics.iter().filter(|finding| finding.severity() == severity).count();
     let (errors, warnings) = (count(Severity::Error), count(Severity::Warning));
     let text = match arguments.format {

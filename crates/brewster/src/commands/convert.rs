@@ -9,7 +9,7 @@ use clap::Args;
 
 use super::Failure;
 use super::scene::SceneArguments;
-use crate::terminal::complain;
+use crate::terminal::{Terminal, complain};
 
 /// Writes a glTF file as a scene in RON, beside its meshes and pictures.
 ///
@@ -30,8 +30,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let (Some(stem), Some("ron")) = (stem, output.extension().and_then(|ending| ending.to_str())) else {
         return Err(Failure::Usage(format!("{}: expected a name that ends in .ron", output.display())));
     };
+    let progress = Terminal::new(false).begin("load");
     let loaded =
         load_scene(&scene.scene, &scene.options()).map_err(|failure| Failure::Diagnostics(failure.to_string()))?;
+    drop(progress);
     for warning in loaded.diagnostics.iter().filter(|said| said.severity == Severity::Warning) {
         complain(warning);
     }

@@ -71,9 +71,14 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         ..SettingsChoices::default()
     };
     let mut session = arguments.scene.session(choices)?;
+    let terminal = Terminal::new(false);
+    let progress = terminal.begin("load");
     session.load()?;
+    drop(progress);
     say_warnings(&session, Terminal::Lines);
+    let progress = terminal.begin("flatten");
     session.flatten()?;
+    drop(progress);
     let samples = arguments.sample.map_or(Samples::All, Samples::One);
     let explanation = session.explain(arguments.camera.as_deref(), arguments.pixel, samples)?;
     if arguments.output.is_empty() {

@@ -38,7 +38,7 @@ pub(crate) struct Arguments {
     /// Width and height in pixels.
     #[arg(long, value_name = "WxH", value_parser = values::resolution)]
     pub resolution: Option<UVec2>,
-    /// Samples per pixel.
+    /// Samples per pixel: so many for each, unless `--noise-threshold` is given, too.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_048_576))]
     pub samples: Option<u32>,
     /// Give no more samples to blocks of 8 by 8 pixels whose noise, as estimated after 16, 32, 64 and so on samples, is below

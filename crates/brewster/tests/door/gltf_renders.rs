@@ -24,6 +24,25 @@ fn a_box_renders_with_no_other_argument_than_its_size() {
     assert!((r - g).abs().max((g - b).abs()) < 0.01 && r > 0.1, "{r} {g} {b}");
 }
 
+/// Samples go where there is noise; who asks for a number of them gets that everywhere.
+#[test]
+fn samples_are_spread_by_noise_unless_their_number_is_given() {
+    let desk = Desk::new();
+    let view = "--orbit 0,90,10 --target 0,0,0 --vfov 20 --background transparent --resolution 32x32";
+    let command = format!("render {} {view} --quiet -o a.png --stats a.json", model("Box/glTF-Binary/Box.glb"));
+    for (arguments, samples, threshold, least) in [
+        ("", 256, serde_json::json!(0.015), 16),
+        ("--samples 24", 24, serde_json::json!(null), 24),
+        ("--samples 32 --noise-threshold 0.5", 32, serde_json::json!(0.5), 16),
+    ] {
+        desk.run(&format!("{command} {arguments}")).expect(0, "");
+        let stats = desk.json("a.json");
+        let (settings, of_pixels) = (&stats["settings"], &stats["samples"]);
+        assert_eq!((&settings["samples"], &settings["noise_threshold"]), (&samples.into(), &threshold), "{arguments}");
+        assert_eq!(of_pixels["least"], least, "{arguments}");
+    }
+}
+
 #[test]
 fn views_and_backdrops_are_as_asked() {
     let desk = Desk::new();

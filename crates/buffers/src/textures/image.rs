@@ -217,7 +217,14 @@ impl ImageTexture {
         let level = math::log2(pixels).min(levels.len() as f32);
         let low = level.floor();
         let at = |level: usize| match level.checked_sub(1).and_then(|below| levels.get(below)) {
-            Some(image) => self.look_at(image, Encoding::Linear, uv),
+            // A level has words, or the floats of its picture.
+            Some(level) => match &level.texels {
+                Texels::Words(texels) => {
+                    let texel = |index: usize| Vec4::from_array(texels[index].map(f32::from));
+                    self.mix([level.width, level.height], texel, uv) * (1.0 / 65535.0)
+                }
+                _ => self.look_at(level, Encoding::Linear, uv),
+            },
             None => self.look(uv),
         };
         let (fine, part) = (at(low as usize), level - low);
@@ -250,10 +257,15 @@ impl ImageTexture {
     /// The same of the picture in another size.
     #[inline]
     fn look_at(&self, image: &Image, encoding: Encoding, uv: Vec2) -> Vec4 {
-        let (width, height) = (image.width, image.height);
+        self.mix([image.width, image.height], |index| image.texel(index, encoding), uv)
+    }
+
+    /// What the filter makes of the pixels of a picture around a place.
+    #[inline(always)]
+    fn mix(&self, [width, height]: [u32; 2], texel: impl Fn(usize) -> Vec4, uv: Vec2) -> Vec4 {
         let [wrap_u, wrap_v] = self.wrap;
         let (x, y) = (wrap_u.within(uv.x), 1.0 - wrap_v.within(uv.y));
-        let texel = |x: usize, y: usize| image.texel(y * width as usize + x, encoding);
+        let texel = |x: usize, y: usize| texel(y * width as usize + x);
         match self.filter {
             Filter::Nearest => {
                 let index = |x: f32, size: u32, wrap: Wrap| wrap.index((x * size as f32).floor() as i64, size);
@@ -293,14 +305,20 @@ impl Wrap {
         }
     }
 
-    /// The pixel, of `size` in a row, that stands at any place of the row that goes on beyond its ends.
+    /// The pixel, of `size` in a row, that stands at a place of the row that goes on beyond its ends: at most a period before the
+    /// first or behind the last.
     #[inline(always)]
     fn index(self, place: i64, size: u32) -> usize {
         let size = i64::from(size);
+        let within = |period: i64| match place {
+            place if place < 0 => place + period,
+            place if place >= period => place - period,
+            place => place,
+        };
         let index = match self {
-            Wrap::Repeat => place.rem_euclid(size),
+            Wrap::Repeat => within(size),
             Wrap::Mirror => {
-                let place = place.rem_euclid(2 * size);
+                let place = within(2 * size);
                 place.min(2 * size - 1 - place)
             }
             Wrap::Clamp => place.clamp(0, size - 1),

@@ -1,6 +1,7 @@
 //! Pictures for looking from afar: means of ever more pixels.
 
 use glam::{DVec4, Vec4};
+use rayon::prelude::*;
 
 use super::image::{Encoding, Image, Texels};
 
@@ -36,7 +37,7 @@ impl Pyramid {
 }
 
 /// Each pixel the mean of those that it covers, by how much of them.
-fn shrunk(from: [u32; 2], to: [u32; 2], texel: impl Fn(usize) -> Vec4) -> Vec<Vec4> {
+fn shrunk(from: [u32; 2], to: [u32; 2], texel: impl Fn(usize) -> Vec4 + Sync) -> Vec<Vec4> {
     let spans = |axis: usize| -> Vec<Vec<(usize, f64)>> {
         let (many, few) = (f64::from(from[axis]), f64::from(to[axis]));
         let span = |at: u32| {
@@ -57,7 +58,11 @@ fn shrunk(from: [u32; 2], to: [u32; 2], texel: impl Fn(usize) -> Vec4) -> Vec<Ve
         }
         sum.as_vec4()
     };
-    rows.iter().flat_map(|row| columns.iter().map(|column| mean(row, column))).collect()
+    let mut means = vec![Vec4::ZERO; columns.len() * rows.len()];
+    means.par_chunks_exact_mut(columns.len()).zip(&rows).for_each(|(means, row)| {
+        means.iter_mut().zip(&columns).for_each(|(to, column)| *to = mean(row, column));
+    });
+    means
 }
 
 /// Pixels in a precision that does not fall behind the picture's.

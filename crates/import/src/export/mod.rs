@@ -84,8 +84,8 @@ impl Exporter<'_> {
     }
 
     fn settings(&mut self) -> String {
-        let Settings { resolution, integrator, max_depth, samples, seed, exposure, tone_mapping, ref backdrop, .. } =
-            self.scene.settings.0;
+        let Settings { resolution, integrator, max_depth, samples, noise_threshold, .. } = self.scene.settings.0;
+        let Settings { seed, exposure, tone_mapping, ref backdrop, .. } = self.scene.settings.0;
         if *backdrop != Backdrop::Background {
             self.lose("what is behind things in the picture: the converted scene shows its background there");
         }
@@ -93,8 +93,10 @@ impl Exporter<'_> {
             Integrator::Whitted => "Whitted",
             Integrator::Path => "Path",
         };
+        let threshold =
+            noise_threshold.map(|threshold| format!(" noise_threshold: {threshold:?},")).unwrap_or_default();
         format!(
-            "    settings: (\n        resolution: ({}, {}), integrator: {integrator}, max_depth: {max_depth}, samples: {samples},\n        \
+            "    settings: (\n        resolution: ({}, {}), integrator: {integrator}, max_depth: {max_depth}, samples: {samples},{threshold}\n        \
              seed: {seed}, exposure: {exposure:?}, tone_mapping: {tone_mapping:?},\n    ),\n",
             resolution.x, resolution.y
         )

@@ -4,7 +4,7 @@
 //! node's own. Nodes that share a mesh share its triangles in memory, so that they are instances of one tree. A mesh with a
 //! skin stands where its joints put it, whatever the place of its node.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use brewster_world::components as world;
@@ -74,6 +74,7 @@ pub(super) fn read(
         meshes: BTreeMap::new(),
         rows: Vec::new(),
     };
+    spawner.textures.read_ahead(spawner.session, document, &worn(document, &order, spawner.variant));
     let mut rows: BTreeMap<usize, u32> = BTreeMap::new();
     for &node in &order {
         // What is below a node that was left out is left out.
@@ -89,6 +90,15 @@ pub(super) fn read(
         }
     }
     Ok(spawner.finish())
+}
+
+/// The materials that nodes wear.
+fn worn(document: &Document, nodes: &[usize], variant: Option<usize>) -> BTreeSet<usize> {
+    let root = &document.root;
+    let meshes: BTreeSet<usize> = nodes.iter().filter_map(|&node| Some(root.nodes[node].mesh?.value())).collect();
+    let primitives = meshes.into_iter().flat_map(|mesh| &root.meshes[mesh].primitives);
+    let of = |primitive| khr_materials_variants::material(root, primitive, variant, "").ok().flatten();
+    primitives.filter_map(of).collect()
 }
 
 /// The number of the chosen scene; none in a file without scenes.

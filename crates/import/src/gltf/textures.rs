@@ -4,7 +4,8 @@
 //! 1 - v, and meshes keep their coordinates. From afar a texture is a mean of its pixels, between two levels of
 //! detail, unless its filter for pictures that look small says that it has no levels.
 
-use std::collections::BTreeMap;
+use std::borrow::Cow;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use brewster_lanes::math;
@@ -12,6 +13,7 @@ use brewster_world::components::parts::{Encoding, Filter, Image, ImageTexture, T
 use gltf::json::texture::{MagFilter, MinFilter, WrappingMode};
 use gltf::json::validation::Checked;
 use gltf::json::{self, Index, Value};
+use rayon::prelude::*;
 use serde::Deserialize;
 use serde_json::Map;
 
@@ -19,6 +21,7 @@ use super::document::Document;
 use super::extensions::{self, others};
 use super::{Found, Reporter, broken};
 use crate::diagnostics::{Code, Diagnostic, Severity};
+use crate::hash::Digest;
 use crate::image;
 use crate::session::Session;
 
@@ -70,9 +73,37 @@ impl Transform {
 pub(super) struct Textures {
     /// By the file's images; none for one that cannot be read, which was said.
     images: BTreeMap<usize, Option<Arc<Image>>>,
+    /// Pictures that were read ahead, by the file's images: the digests of their files.
+    ahead: BTreeMap<usize, u64>,
 }
 
 impl Textures {
+    /// Decodes the pictures of some materials on all cores. What cannot be read is passed over: that is said where it is asked for.
+    pub(super) fn read_ahead(&mut self, session: &mut Session, document: &Document, materials: &BTreeSet<usize>) {
+        let mut textures = BTreeSet::new();
+        let of_file = document.value.get("materials").and_then(Value::as_array);
+        for material in materials.iter().filter_map(|&index| of_file?.get(index)) {
+            referred(material, &mut textures);
+        }
+        let root = &document.root;
+        let sources = textures.iter().filter_map(|&index| source(root, root.textures.get(index)?, "").ok().flatten());
+        let sources: BTreeSet<usize> = sources.collect();
+        // Where a picture is asked for, its pixels are taken from the budget in earnest.
+        let mut pixels = session.budgets.pixels;
+        let mut files = Vec::new();
+        for index in sources {
+            let Ok(bytes) = bytes(session, document, index) else { continue };
+            let digest = digest(&bytes);
+            if !session.assets.pictures.contains_key(&digest) && image::reserve(&bytes, &mut pixels).is_ok() {
+                files.push((digest, bytes));
+            }
+            self.ahead.insert(index, digest);
+        }
+        let decoded =
+            files.par_iter().filter_map(|(digest, bytes)| Some((*digest, Arc::new(image::decode(bytes).ok()?))));
+        session.assets.pictures.extend(decoded.collect::<Vec<_>>());
+    }
+
     /// The texture that a reference at `path` means; none where it cannot be read.
     pub(super) fn texture(
         &mut self,
@@ -140,24 +171,24 @@ impl Textures {
         }
         let path = format!("images[{index}]");
         let image = &document.root.images[index];
-        let bytes = match (&image.uri, image.buffer_view) {
-            (Some(uri), _) => document.read(session, uri, &format!("{path}.uri")),
-            (None, Some(view)) => document.view(view, &path).map(<[u8]>::to_vec),
-            (None, None) => Err(broken(path.as_str(), "neither `uri` nor `bufferView` is given").into()),
-        };
         let name =
             image.name.as_deref().or(image.uri.as_deref().filter(|uri| !uri.starts_with("data:"))).unwrap_or(&path);
-        let read = bytes.and_then(|bytes| {
+        let explain = |error: image::Unreadable| {
+            let about = Diagnostic::about_path(Severity::Error, error.code(), path.as_str(), "");
+            Box::new(error.explain(about, name))
+        };
+        let file = match self.ahead.get(&index) {
+            Some(&digest) => Ok((digest, None)),
+            None => bytes(session, document, index).map(|bytes| (digest(&bytes), Some(bytes))),
+        };
+        let read = file.and_then(|(digest, file)| {
             // An edit elsewhere in the file, or another time of its animation, leaves the pixels where they are in memory.
-            let mut digest = crate::hash::Digest::default();
-            digest.update(&bytes);
-            let digest = digest.finish();
             if let Some(known) = session.assets.pictures.get(&digest) {
+                image::take(&mut session.budgets.pixels, known.width, known.height).map_err(explain)?;
                 return Ok(Arc::clone(known));
             }
-            let read = image::read(&bytes, &mut session.budgets.pixels).map(Arc::new).map_err(|error| {
-                Box::new(error.explain(Diagnostic::about_path(Severity::Error, error.code(), path.as_str(), ""), name))
-            })?;
+            let file = file.map_or_else(|| bytes(session, document, index), Ok)?;
+            let read = image::read(&file, &mut session.budgets.pixels).map(Arc::new).map_err(explain)?;
             session.assets.pictures.insert(digest, Arc::clone(&read));
             Ok(read)
         });
@@ -173,6 +204,33 @@ impl Textures {
         self.images.insert(index, read.clone());
         Ok(read)
     }
+}
+
+/// The textures that a material refers to in its JSON, but for occlusion.
+fn referred(value: &Value, found: &mut BTreeSet<usize>) {
+    for (name, value) in value.as_object().into_iter().flatten().filter(|(name, _)| *name != "occlusionTexture") {
+        match value.get("index").and_then(Value::as_u64) {
+            Some(index) if name.ends_with("Texture") => drop(found.insert(index as usize)),
+            _ => referred(value, found),
+        }
+    }
+}
+
+/// The file of an image.
+fn bytes<'d>(session: &mut Session, document: &'d Document, index: usize) -> Found<Cow<'d, [u8]>> {
+    let path = format!("images[{index}]");
+    let image = &document.root.images[index];
+    match (&image.uri, image.buffer_view) {
+        (Some(uri), _) => document.read(session, uri, &format!("{path}.uri")).map(Cow::Owned),
+        (None, Some(view)) => document.view(view, &path).map(Cow::Borrowed),
+        (None, None) => Err(broken(path.as_str(), "neither `uri` nor `bufferView` is given").into()),
+    }
+}
+
+fn digest(bytes: &[u8]) -> u64 {
+    let mut digest = Digest::default();
+    digest.update(bytes);
+    digest.finish()
 }
 
 /// The image of a texture: of its extensions' if there is one, since they are there to be preferred.

@@ -7,7 +7,7 @@ use std::io::Cursor;
 use std::sync::Arc;
 
 use brewster_world::components::parts::{Image, Texels};
-use image::{DynamicImage, ImageDecoder, ImageReader};
+use image::{DynamicImage, ImageDecoder, ImageReader, Rgb};
 
 use crate::diagnostics::{Code, Diagnostic};
 use crate::limits::{Budget, Exceeded};
@@ -23,12 +23,12 @@ pub(crate) fn load(session: &mut Session, name: &str, span: Span) -> Option<Arc<
         let image = Arc::clone(image);
         return budget(session, name, span, image.width, image.height).then_some(image);
     }
-    let image = Arc::new(decode(session, &asset, name, span)?);
+    let image = Arc::new(read_asset(session, &asset, name, span)?);
     session.assets.images.insert(asset.path, (asset.digest, Arc::clone(&image)));
     Some(image)
 }
 
-fn decode(session: &mut Session, asset: &Asset, name: &str, span: Span) -> Option<Image> {
+fn read_asset(session: &mut Session, asset: &Asset, name: &str, span: Span) -> Option<Image> {
     let decoded = read(&asset.bytes, &mut session.budgets.pixels);
     decoded.map_err(|error| session.found.push(error.explain(session.sources.error(error.code(), span, ""), name))).ok()
 }
@@ -70,30 +70,47 @@ impl Unreadable {
 
 /// The picture that a file's bytes hold; its pixels are taken from the budget before anything is decoded.
 pub(crate) fn read(bytes: &[u8], pixels: &mut Budget) -> Result<Image, Unreadable> {
-    let mut take = |width: u32, height: u32| {
-        if width == 0 || height == 0 {
-            return Err(Unreadable::Empty);
-        }
-        let taken = pixels.take(u64::from(width) * u64::from(height));
-        taken.map_err(|exceeded| Unreadable::TooLarge(width, height, exceeded))
+    reserve(bytes, pixels)?;
+    decode(bytes)
+}
+
+/// Takes the pixels that a file's first bytes announce from the budget.
+pub(crate) fn reserve(bytes: &[u8], pixels: &mut Budget) -> Result<(), Unreadable> {
+    let [width, height] = if bytes.starts_with(exr::MAGIC) {
+        exr::File::open(bytes).map_err(Unreadable::Broken)?.largest()
+    } else if bytes.starts_with(ktx2::MAGIC) {
+        ktx2::File::open(bytes).map_err(Unreadable::Broken)?.size()
+    } else {
+        let reader = ImageReader::new(Cursor::new(bytes)).with_guessed_format();
+        reader.map_err(|error| broken(error.into()))?.into_dimensions().map_err(broken)?.into()
     };
+    take(pixels, width, height)
+}
+
+/// Takes the pixels of a picture from the budget.
+pub(crate) fn take(pixels: &mut Budget, width: u32, height: u32) -> Result<(), Unreadable> {
+    if width == 0 || height == 0 {
+        return Err(Unreadable::Empty);
+    }
+    let taken = pixels.take(u64::from(width) * u64::from(height));
+    taken.map_err(|exceeded| Unreadable::TooLarge(width, height, exceeded))
+}
+
+fn broken(error: image::ImageError) -> Unreadable {
+    Unreadable::Broken(error.to_string())
+}
+
+/// The picture that a file's bytes hold, whose pixels there is room for.
+pub(crate) fn decode(bytes: &[u8]) -> Result<Image, Unreadable> {
     if bytes.starts_with(exr::MAGIC) {
-        let file = exr::File::open(bytes).map_err(Unreadable::Broken)?;
-        let [width, height] = file.largest();
-        take(width, height)?;
-        return file.decode().map_err(Unreadable::Broken);
+        return exr::File::open(bytes).and_then(|file| file.decode()).map_err(Unreadable::Broken);
     }
     if bytes.starts_with(ktx2::MAGIC) {
-        let file = ktx2::File::open(bytes).map_err(Unreadable::Broken)?;
-        let [width, height] = file.size();
-        take(width, height)?;
-        return file.decode().map_err(Unreadable::Broken);
+        return ktx2::File::open(bytes).and_then(|file| file.decode()).map_err(Unreadable::Broken);
     }
-    let broken = |error: image::ImageError| Unreadable::Broken(error.to_string());
     let reader = ImageReader::new(Cursor::new(bytes)).with_guessed_format();
     let mut decoder = reader.map_err(|error| broken(error.into()))?.into_decoder().map_err(broken)?;
     let (width, height) = decoder.dimensions();
-    take(width, height)?;
     // Beside the pixels themselves a decoder needs room of its own, in proportion to them.
     let mut limits = image::Limits::no_limits();
     limits.max_alloc = Some((1 << 24) + 32 * u64::from(width) * u64::from(height));
@@ -122,15 +139,16 @@ pub(crate) fn write(picture: &Image) -> Result<Vec<u8>, String> {
 
 /// Takes the pixels of a picture that was read before from what a scene may have, or reports that they are too many.
 fn budget(session: &mut Session, name: &str, span: Span, width: u32, height: u32) -> bool {
-    let taken = session.budgets.pixels.take(u64::from(width) * u64::from(height));
-    let taken = taken.map_err(|exceeded| Unreadable::TooLarge(width, height, exceeded));
-    taken
+    take(&mut session.budgets.pixels, width, height)
         .map_err(|error| session.found.push(error.explain(session.sources.error(error.code(), span, ""), name)))
         .is_ok()
 }
 
 fn texels(image: DynamicImage) -> Texels {
     use image::ColorType::{L8, L16, La8, La16, Rgb8, Rgb16, Rgba8, Rgba16};
+    if let DynamicImage::ImageRgb8(image) = &image {
+        return Texels::Bytes(image.pixels().map(|&Rgb([r, g, b])| [r, g, b, u8::MAX]).collect());
+    }
     match image.color() {
         L8 | La8 | Rgb8 | Rgba8 => Texels::Bytes(image.into_rgba8().pixels().map(|pixel| pixel.0).collect()),
         L16 | La16 | Rgb16 | Rgba16 => Texels::Words(image.into_rgba16().pixels().map(|pixel| pixel.0).collect()),

@@ -8,7 +8,7 @@ use bevy_ecs::hierarchy::ChildOf;
 use bevy_ecs::name::Name;
 use bevy_ecs::query::Without;
 use bevy_ecs::world::World;
-use brewster_import::{GltfChoices, LoadOptions, Loaded, Severity, load_scene};
+use brewster_import::{GltfChoices, Importer, LoadOptions, Loaded, Severity, load_scene};
 use brewster_world::components::parts::TriangleMesh;
 use brewster_world::components::{Camera, Motion, Projection, Shape, Transform};
 use glam::{Affine3A, Vec3};
@@ -201,6 +201,25 @@ fn a_compressed_fox_is_the_fox() {
         let (a, b) = (furthest(&plain, along), furthest(&compressed, along));
         assert!((a - b).abs() < 0.5, "{along}: {a} {b}");
     }
+}
+
+/// The two extensions of that name have the same streams: the name of one is put in the place of the other's.
+#[test]
+fn both_names_of_meshopt_are_read() {
+    let path = model("FoxMeshopt/Fox-meshopt-cc.glb");
+    let bytes = std::fs::read(&path).expect("the model");
+    let (old, new) = (b"EXT_meshopt_compression", b"KHR_meshopt_compression");
+    let mut renamed = bytes.clone();
+    let places: Vec<usize> = (0..bytes.len() - old.len()).filter(|&at| bytes[at..].starts_with(old)).collect();
+    assert!(places.len() > 2, "in the lists of extensions and in views");
+    for at in places {
+        renamed[at..at + new.len()].copy_from_slice(new);
+    }
+    let read = |bytes: &[u8]| {
+        let loaded = Importer::default().load_gltf(&path, bytes).unwrap_or_else(|failure| panic!("{failure}"));
+        meshes(&loaded).iter().map(|(_, mesh)| corners(mesh)).collect::<Vec<_>>()
+    };
+    assert_eq!(read(&renamed), read(&bytes));
 }
 
 #[test]
