@@ -177,34 +177,39 @@ impl MeshHit {
         }
     }
 
-    /// The surface there. Free of branches, so that a loop over many becomes vector code.
+    /// The surface there. Free of branches, so that a loop over many becomes vector code, and of arrays' `map`, whose closures are not
+    /// always compiled for the loop's instruction set: with them, this took twice as long in one build and not in another.
     #[inline(always)]
     pub(crate) fn point(&self) -> SurfacePoint {
         let (_, rounding) = meeting(&self.to_world, &self.to_object, &self.ray, self.t);
-        let [a, b, c] = self.corners.map(|corner| corner.as_dvec3());
+        let (a, b, c) = (self.corners[0].as_dvec3(), self.corners[1].as_dvec3(), self.corners[2].as_dvec3());
         let cross = (b - a).cross(c - a);
         let normal = unit_or(cross, DVec3::Y);
-        let sides = [c - b, a - c, b - a];
         let tilt = triangle_tilt(&[a, b, c]);
-        let [u, v] = self.weights.map(f64::from);
-        let weights = [1.0 - u - v, u, v];
-        // Keep four times the error away from each side, at most half way to the middle. A weight is the distance from a side over
-        // that of the opposite corner, which is twice the area over the side's length.
-        let clear = sides.map(|side| {
-            let away = normal.cross(side).abs();
-            (4.0 * (away.dot(rounding) + side.length() * tilt) / cross.length()).min(1.0 / 6.0)
-        });
-        let weights: [f64; 3] = std::array::from_fn(|i| weights[i].max(clear[i]));
-        let sum = weights[0] + weights[1] + weights[2];
-        let weights = weights.map(|weight| weight / sum);
+        let (u, v) = (f64::from(self.weights[0]), f64::from(self.weights[1]));
+        let error = (normal, rounding, tilt, cross.length());
+        let first = (1.0 - u - v).max(clearance(c - b, error));
+        let (second, third) = (u.max(clearance(a - c, error)), v.max(clearance(b - a, error)));
+        let sum = first + second + third;
+        let weights = [first / sum, second / sum, third / sum];
         let point = a * weights[0] + b * weights[1] + c * weights[2];
-        let normals = self.normals.map(|normal| normal.as_dvec3());
-        let mixed = normals[0] * weights[0] + normals[1] * weights[1] + normals[2] * weights[2];
+        let normals = &self.normals;
+        let mixed = normals[0].as_dvec3() * weights[0]
+            + normals[1].as_dvec3() * weights[1]
+            + normals[2].as_dvec3() * weights[2];
         let shading = either(self.has_normals, mixed, normal);
         let uv = self.uvs[0] * weights[0] as f32 + self.uvs[1] * weights[1] as f32 + self.uvs[2] * weights[2] as f32;
         let found = Found { local: LocalSurface { point, normal, uv }, shading, tilt };
         place(&self.to_world, &self.to_object, &found, rounding)
     }
+}
+
+/// The least weight of the corner opposite to a side: four times the error away from it, at most half way to the middle. A weight is
+/// the distance from a side over that of the opposite corner, which is twice the area over the side's length.
+#[inline(always)]
+fn clearance(side: DVec3, (normal, rounding, tilt, twice_area): (DVec3, DVec3, f64, f64)) -> f64 {
+    let away = normal.cross(side).abs();
+    (4.0 * (away.dot(rounding) + side.length() * tilt) / twice_area).min(1.0 / 6.0)
 }
 
 /// What a triangle's size adds to the error along its normal: shearing moves corners by up to ten units of its extent, tilting a
