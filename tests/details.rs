@@ -44,6 +44,23 @@ fn stacked_veils_let_through_the_product() {
     }
 }
 
+/// Between two veils of one half lies a boundary that is none, as it is within a solid that takes precedence: a quarter passes both, for
+/// what lets light through the second knows nothing of the first.
+#[test]
+fn veils_beyond_a_boundary_that_is_none_decide_anew() {
+    let materials = "\"veil\": Detailed(of: Lambert(albedo: 0), opacity: Blend(alpha: 0.5)),
+        \"air\": Dielectric(ior: 1, priority: 1), \"swallowed\": Dielectric(ior: 1.5)";
+    let swallowed = "(shape: Box(size: (9, 9, 2)), material: \"swallowed\", at: (0, 0, 2)),";
+    let veils = "(shape: Quad(size: (9, 9)), material: \"veil\", at: (0, 0, 4)),
+        (shape: Quad(size: (9, 9)), material: \"veil\", at: (0, 0, 0)),";
+    let air = "(shape: Box(size: (40, 40, 40)), material: \"air\"),";
+    let scene = scene(PATH, "1", materials, &format!("{veils} {air} {swallowed}"));
+    let seen = mean(&scene).x;
+    let error = (0.25f64 * 0.75 / 65_536.0).sqrt();
+    assert!((seen - 0.25).abs() < 4.0 * error, "{seen} instead of a quarter");
+    assert!(render_with(&scene, Policy::default(), 1).1.total().crossings > 0);
+}
+
 #[test]
 fn veils_weaken_light_from_lamps_of_every_kind_alike() {
     // A floor in front of the camera, with cards between it and the light behind the camera: each lets 0.6 through.

@@ -112,6 +112,21 @@ fn rough_metals_lose_what_meets_a_second_facet() {
     }
 }
 
+/// Between the colors of both ends, and the same color everywhere, which a smooth metal shows to the last digits.
+#[test]
+fn metals_end_in_the_color_that_is_told() {
+    let (r0, r90) = (DVec3::new(0.9, 0.5, 0.2), DVec3::new(0.3, 0.5, 0.8));
+    let (mean, ..) = render("Metal(r0: (0.9, 0.5, 0.2), r90: (0.9, 0.5, 0.2))");
+    assert!((mean - r0).abs().max_element() < 1e-6, "{mean}");
+    for alpha in [0.1, 0.6] {
+        let even = expected(|view| rough_mirror(at_cosine(view), [alpha; 2], |_| r0));
+        check(&format!("Metal(r0: (0.9, 0.5, 0.2), r90: (0.9, 0.5, 0.2), alpha: {alpha})"), even);
+        let curve = |cosine: f64| r0 + (r90 - r0) * (1.0 - cosine).powi(5);
+        let between = expected(|view| rough_mirror(at_cosine(view), [alpha; 2], curve));
+        check(&format!("Metal(r0: (0.9, 0.5, 0.2), r90: (0.3, 0.5, 0.8), alpha: {alpha})"), between);
+    }
+}
+
 /// A compensated white metal is white, within the precision of the tables.
 #[test]
 fn compensated_metals_lose_nothing() {

@@ -52,10 +52,27 @@ fn splitting_and_choosing_agree_at_any_depth() {
             transmission: 0.8, roughness: 0, metallic: 0.2, base_color: (0.9, 0.7, 0.5), volume: (),
         )),
         (shape: Quad(size: (0.6, 0.6)), at: (-1.6, 0.3, 2), material: Principled(transmission: 0.9, roughness: 0.3)),";
-    let mut choosing = scene_with(DIFFUSE, frosted);
+    splits_agree(scene_with(DIFFUSE, frosted), &[1, 2, 8]);
+}
+
+/// Fog around all of it, milk in glass, fog in glass, and a solid that both scatters and disperses.
+#[test]
+fn splitting_and_choosing_agree_where_media_scatter() {
+    let media = "(shape: Box(size: (14, 14, 14)), material: Medium(scattering: (0.05, 0.08, 0.12), anisotropy: 0.6)),
+        (shape: Sphere(radius: 0.5), at: (2, 0.5, 1), material: Dielectric(ior: 1.5, scattering: (1, 2, 4), absorption: 0.1)),
+        (shape: Sphere(radius: 0.4), at: (-2, 0.4, 1.2), material: Dielectric(ior: 1.4, alpha: 0.2, scattering: 3)),
+        (shape: Sphere(radius: 0.3), at: (0.9, 0.3, 2), material: Dielectric(
+            ior: 1.7, dispersion: Abbe(number: 20), scattering: 1, anisotropy: -0.5,
+        )),
+        (shape: Sphere(radius: 0.2), at: (-1, 0.8, 0), material: Medium(scattering: 4, priority: 2)),";
+    splits_agree(scene_with(DIFFUSE, media), &[1, 8]);
+}
+
+/// A scene in which every path chooses looks like one in which they split, below any of these depths.
+fn splits_agree(mut choosing: SceneBuffers, split_depths: &[u32]) {
     choosing.settings.sampler = SamplerKind::Independent;
     choosing.settings.split_depth = 0;
-    for split_depth in [1, 2, 8] {
+    for &split_depth in split_depths {
         let mut splitting = choosing.clone();
         splitting.settings.split_depth = split_depth;
         // Else both would take the same numbers.

@@ -26,10 +26,12 @@ pub(crate) fn schlick(cosine: f64, r0: f64) -> f64 {
     r0 + (1.0 - r0) * (1.0 - cosine).max(0.0).powi(5)
 }
 
-/// Schlick's curve less a dip that leaves of it, at a cosine of 1/7, the part `f82` (F82-tint: Kutz, Hašan and Edmondson 2021).
-pub(crate) fn tinted_schlick(cosine: f64, r0: f64, f82: f64) -> f64 {
+/// Schlick's curve from `r0` to `r90`, less a dip that leaves of it, at a cosine of 1/7, the part `f82` (F82-tint: Kutz, Hašan and
+/// Edmondson 2021).
+pub(crate) fn tinted_schlick(cosine: f64, [r0, r90]: [f64; 2], f82: f64) -> f64 {
     let dip = |cosine: f64| cosine * (1.0 - cosine).powi(6);
-    schlick(cosine, r0) - schlick(1.0 / 7.0, r0) * (1.0 - f82) * dip(cosine) / dip(1.0 / 7.0)
+    let schlick = |cosine: f64| r0 + (r90 - r0) * (1.0 - cosine).max(0.0).powi(5);
+    schlick(cosine) - schlick(1.0 / 7.0) * (1.0 - f82) * dip(cosine) / dip(1.0 / 7.0)
 }
 
 /// A conductor's reflectance from complex amplitudes: `index` is η + ik relative to the medium, as (real, imaginary).

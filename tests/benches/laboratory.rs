@@ -6,8 +6,6 @@
 //! `target`, `fov_deg`), `environment` (null, `constant` with `radiance`, or `map` with `file`), `materials` (`diffuse` and `mirror` with
 //! `color`, `glass` with `ior`, `light` with `radiance`), `meshes` (`ply`, `material`) and `objects` (`mesh`, `matrix`); files are beside it.
 //!
-//! A `mirror` reflects the same at every angle, which no metal does: here it is the metal of that color that does so up to 82°.
-//!
 //! Times are in seconds: `load_s` until the scene is ready to be traced, `render_s` of pictures after the first. `variance` is
 //! half of the mean squared difference of two seeds, values up to 10; `efficiency` is 1/(variance x seconds).
 
@@ -118,12 +116,8 @@ fn ron(description: &Value, samples: u64) -> String {
         let color = || vector(&material["color"]);
         let written = match material["type"].as_str() {
             Some("diffuse") => format!("Lambert(albedo: {})", written(&color())),
-            Some("mirror") => {
-                // Schlick's curve at 82°, where the color is told for the second time.
-                let at_82 = (1.0 - 82f64.to_radians().cos()).powi(5);
-                let f82: Vec<f64> = color().iter().map(|r0| r0 / (r0 + (1.0 - r0) * at_82)).collect();
-                format!("Metal(r0: {}, f82: {})", written(&color()), written(&f82))
-            }
+            // The same color at every angle.
+            Some("mirror") => format!("Metal(r0: {0}, r90: {0})", written(&color())),
             Some("glass") => format!("Dielectric(ior: {})", material["ior"]),
             Some("light") => format!("Emissive(radiance: {}, sides: Front)", written(&vector(&material["radiance"]))),
             other => panic!("{key}: there is no material {other:?}"),

@@ -82,10 +82,10 @@ pub(crate) fn split(surface: &Dielectric, direction: Vec3, point: &SurfacePoint,
 
 /// A metal's reflectance, per channel; `eta_i` is the index of the medium before it, `r0` the color at normal incidence.
 pub(crate) fn metal(surface: &Metal, cos_i: f64, eta_i: f32, r0: DVec3) -> DVec3 {
-    let (eta, k, f82) = (surface.eta.as_dvec3(), surface.k.as_dvec3(), surface.f82.as_dvec3());
+    let [eta, k, r90, f82] = [surface.eta, surface.k, surface.r90, surface.f82].map(|color| color.as_dvec3());
     let channel = |c: usize| match surface.fresnel {
         FresnelModel::Exact => textbook::conductor(cos_i, DVec2::new(eta[c], k[c]) / f64::from(eta_i)),
-        FresnelModel::Schlick | FresnelModel::SchlickThetaM => textbook::tinted_schlick(cos_i, r0[c], f82[c]),
+        FresnelModel::Schlick | FresnelModel::SchlickThetaM => textbook::tinted_schlick(cos_i, [r0[c], r90[c]], f82[c]),
     };
     DVec3::new(channel(0), channel(1), channel(2))
 }

@@ -119,6 +119,8 @@ columns! {
         pub k: Vec3,
         /// `Exact` or `Schlick`.
         pub fresnel: FresnelModel,
+        /// Reflectance at grazing incidence, where Schlick's curve ends. Read by `FresnelModel::Schlick` only.
+        pub r90: Vec3,
         /// The color near grazing incidence, at 82°, as a factor of Schlick's curve: white is that curve. Read by
         /// `FresnelModel::Schlick` only.
         pub f82: Vec3,

@@ -122,7 +122,7 @@ impl SceneBuffers {
         for color in colors.into_iter().flatten() {
             require(self.has_color(color), || format!("a material's color is {color:?}"))?;
         }
-        let vectors = [metal.eta, metal.k, metal.f82, dielectric.absorption, dielectric.scattering];
+        let vectors = [metal.eta, metal.k, metal.r90, metal.f82, dielectric.absorption, dielectric.scattering];
         let numbers = [phong.exponent, metal.exponent, dielectric.exponent, dielectric.ior];
         let finite = vectors.into_iter().flatten().all(|v| v.is_finite())
             && numbers.into_iter().flatten().all(|x| x.is_finite());

@@ -15,20 +15,23 @@ const MOST_REFLECTIVE: f32 = 0.9999;
 ///
 /// P. Kutz, M. Hašan and D. Edmondson, *Novel Aspects of the Adobe Standard Material*, 2021, after N. Hoffman, *Fresnel
 /// Equations Considered Harmful*, 2019: `F(μ) = F_schlick(μ) - a μ (1-μ)⁶`, with `a` such that at μ = 1/7 the
-/// reflectance is the tint times Schlick's.
+/// reflectance is the tint times Schlick's. Schlick's curve ends in white; here it may end in another color, so that one may be told to
+/// reflect alike at all angles.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct F82Tint {
     f0: Vec3,
+    f90: Vec3,
     dip: Vec3,
 }
 
 impl F82Tint {
-    /// A metal of color `f0` at normal incidence, and `tint`, 0 to 1, at about 82°: white leaves Schlick's curve.
+    /// A metal of color `f0` at normal and `f90` at grazing incidence, and `tint`, 0 to 1, at about 82°: white leaves Schlick's curve.
     #[inline(always)]
-    pub fn new(f0: Vec3, tint: Vec3) -> F82Tint {
+    pub fn new(f0: Vec3, f90: Vec3, tint: Vec3) -> F82Tint {
         /// `μ (1-μ)⁶` at μ = 1/7.
         const DIP: f32 = 46_656.0 / 823_543.0;
-        F82Tint { f0, dip: fresnel::schlick_color(1.0 / 7.0, f0) * (Vec3::ONE - tint) / DIP }
+        let schlick = F82Tint { f0, f90, dip: Vec3::ZERO };
+        F82Tint { dip: schlick.reflectance(1.0 / 7.0) * (Vec3::ONE - tint) / DIP, ..schlick }
     }
 
     /// The color that is reflected at an angle of incidence of that cosine.
@@ -37,8 +40,9 @@ impl F82Tint {
     #[inline(always)]
     pub fn reflectance(&self, cos_i: f32) -> Vec3 {
         let rest = (1.0 - cos_i).max(0.0);
-        let shape = cos_i * math::pow5(rest) * rest;
-        (fresnel::schlick_color(cos_i, self.f0) - self.dip * shape).max(Vec3::ZERO)
+        let fifth = math::pow5(rest);
+        let shape = cos_i * fifth * rest;
+        (self.f0 + (self.f90 - self.f0) * fifth - self.dip * shape).max(Vec3::ZERO)
     }
 }
 
@@ -79,12 +83,22 @@ mod tests {
     /// By hand, at μ = 1/7 with f0 = ½ the curve of Schlick is ½ + ½(6/7)⁵ = 0.7313322, and half of it is 0.3656661.
     #[test]
     fn the_tint_is_that_of_82_degrees() {
-        let metal = F82Tint::new(Vec3::splat(0.5), Vec3::new(1.0, 0.5, 0.0));
+        let metal = F82Tint::new(Vec3::splat(0.5), Vec3::ONE, Vec3::new(1.0, 0.5, 0.0));
         let at_dip = metal.reflectance(1.0 / 7.0);
         assert!(at_dip.abs_diff_eq(Vec3::new(0.731_332_2, 0.365_666_1, 0.0), 1e-6), "{at_dip}");
         assert_eq!(metal.reflectance(1.0), Vec3::splat(0.5));
         assert_eq!(metal.reflectance(0.0), Vec3::ONE);
         assert!((1.0f32 / 7.0).acos().to_degrees() - 82.0 < 0.3);
+    }
+
+    /// Between two colors Schlick's way, by hand: ½ + (¼-½)/32 along 60°. Between one and itself there is no way: to the last bit.
+    #[test]
+    fn a_curve_may_end_in_another_color() {
+        let falling = F82Tint::new(Vec3::splat(0.5), Vec3::splat(0.25), Vec3::ONE);
+        assert_eq!([1.0, 0.5, 0.0].map(|cosine| falling.reflectance(cosine).x), [0.5, 0.4921875, 0.25]);
+        let color = Vec3::new(0.8, 0.1, 0.333_333);
+        let constant = F82Tint::new(color, color, Vec3::ONE);
+        assert!((0..=1000).all(|step| constant.reflectance(step as f32 / 1000.0) == color));
     }
 
     /// Aluminum's index dips near 82° and Schlick's curve does not: fitted there, the model stays within 0.02.
@@ -93,7 +107,7 @@ mod tests {
         let (eta, k) = (Vec3::new(1.346, 0.965, 0.617), Vec3::new(7.475, 6.400, 5.303));
         let f0 = conductor_color(1.0, 1.0, eta, k);
         let at_dip = conductor_color(1.0 / 7.0, 1.0, eta, k);
-        let metal = F82Tint::new(f0, at_dip / fresnel::schlick_color(1.0 / 7.0, f0));
+        let metal = F82Tint::new(f0, Vec3::ONE, at_dip / fresnel::schlick_color(1.0 / 7.0, f0));
         let (mut worst, mut schlick) = (0f32, 0f32);
         for step in 0..=1000 {
             let cos_i = step as f32 / 1000.0;
@@ -130,7 +144,7 @@ mod tests {
 
         #[test]
         fn reflectances_stay_in_range(cos_i in cosine(), f0 in real(0.0, 1.0), tint in real(0.0, 1.0), eta in real(0.1, 3.0)) {
-            let color = F82Tint::new(Vec3::splat(f0), Vec3::splat(tint)).reflectance(cos_i);
+            let color = F82Tint::new(Vec3::splat(f0), Vec3::ONE, Vec3::splat(tint)).reflectance(cos_i);
             prop_assert!(color.min_element() >= 0.0 && color.max_element() <= 1.000_001, "{color}");
             let (_, tint) = edge_tint_from_index(eta, 2.0);
             prop_assert!(tint.is_finite() && conductor(cos_i, 1.0, eta, 2.0).unpolarized() <= 1.0);

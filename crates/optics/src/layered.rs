@@ -26,6 +26,7 @@ use glam::{Vec2, Vec3};
 
 use crate::absorption::transmittance;
 use crate::albedo_table;
+use crate::audit::Bundles;
 use crate::fresnel::FresnelModel;
 use crate::lobe::{LobeSample, LobeValue, mean};
 use crate::microfacet::Ggx;
@@ -182,6 +183,18 @@ impl CoatedDiffuse {
         sampled(direction, self.evaluate(view, direction))
     }
 
+    /// What is sent into the mirror image of a smooth coat, which has no value.
+    #[inline]
+    pub fn singular(&self, view: Vec3) -> Vec3 {
+        if view.z > 0.0 && self.coat.is_smooth() { Vec3::splat(self.coat.reflected(view)) } else { Vec3::ZERO }
+    }
+
+    /// Where to look for light.
+    #[inline]
+    pub fn bundles(&self, view: Vec3) -> Bundles {
+        Bundles::ABOVE.and_highlight(view, &self.coat.facets)
+    }
+
     /// The base's color, as it is under the coat.
     #[inline(always)]
     pub fn base(&self) -> Vec3 {
@@ -249,7 +262,7 @@ impl CoatedMetal {
         }
         let above = self.coat.reflected(view);
         let (smooth_coat, smooth_base) = (self.coat.is_smooth(), self.seen.is_smooth());
-        let mirrored = || self.through(view.z, above, above, &fresnel) * self.coat.left(view, view);
+        let mirrored = || self.mirrored(view, above, &fresnel);
         if smooth_coat && smooth_base {
             return Some(LobeSample::mirror(view, Vec3::splat(above) + mirrored()));
         }
@@ -265,6 +278,30 @@ impl CoatedMetal {
             self.seen.sample_reflection(view, u, |_| Vec3::ONE)?.direction
         };
         sampled(direction, self.evaluate(view, direction, fresnel))
+    }
+
+    /// What is sent into mirror images, which have no value.
+    #[inline]
+    pub fn singular(&self, view: Vec3, fresnel: impl Fn(f32) -> Vec3) -> Vec3 {
+        if view.z <= 0.0 {
+            return Vec3::ZERO;
+        }
+        let above = self.coat.reflected(view);
+        let coat = if self.coat.is_smooth() { Vec3::splat(above) } else { Vec3::ZERO };
+        let metal = if self.seen.is_smooth() { self.mirrored(view, above, &fresnel) } else { Vec3::ZERO };
+        coat + metal
+    }
+
+    /// Where to look for light.
+    #[inline]
+    pub fn bundles(&self, view: Vec3) -> Bundles {
+        Bundles::ABOVE.and_highlight(view, &self.coat.facets).and_highlight(view, &self.seen)
+    }
+
+    /// The mirror image in a smooth metal.
+    #[inline(always)]
+    fn mirrored(&self, view: Vec3, above: f32, fresnel: &impl Fn(f32) -> Vec3) -> Vec3 {
+        self.through(view.z, above, above, fresnel) * self.coat.left(view, view)
     }
 
     /// The color of the metal through the coat, at an angle of that cosine above it.
@@ -336,6 +373,37 @@ mod tests {
             let test = SphereTest { focus: Focus::new(image, 0.3 + alpha[0].max(alpha[1])), family };
             let sample = |u, choice| spread(paint.sample(view, u, choice, gold));
             test.check(&format!("metal {coat:?} {view}"), sample, |light| paint.evaluate(view, light, gold).pdf);
+        }
+    }
+
+    /// What is estimated by one direction comes to what an integral over all of them finds.
+    #[test]
+    fn estimates_are_right_in_mean() {
+        let mean = |bundles: Bundles, value: &dyn Fn(Vec3) -> Vec3| {
+            let (mut random, count, mut sum, mut squares) = (Random::new(11), 20_000, 0.0, 0.0);
+            for _ in 0..count {
+                let estimate = bundles.estimate(random.number(), random.square(), value).y as f64;
+                (sum, squares) = (sum + estimate, squares + estimate * estimate);
+            }
+            let mean = sum / count as f64;
+            (mean, ((squares / count as f64 - mean * mean) / count as f64).sqrt())
+        };
+        for (alpha, facets, view) in cases() {
+            let coat = Coat::new(facets, 1.5).absorbing(Vec3::new(0.5, 0.1, 1.0));
+            let plastic = CoatedDiffuse::new(coat, Vec3::new(0.9, 0.5, 0.1));
+            let paint = CoatedMetal::new(coat, Ggx::isotropic(0.3));
+            let diffuse = |light| plastic.evaluate(view, light).f_cos;
+            let metal = |light| paint.evaluate(view, light, gold).f_cos;
+            for (bundles, value) in
+                [(plastic.bundles(view), &diffuse as &dyn Fn(Vec3) -> Vec3), (paint.bundles(view), &metal)]
+            {
+                let image = Vec3::new(-view.x, -view.y, view.z);
+                let focus = Focus::new(image, 0.3 + alpha[0]);
+                let whole = focus.total(|light| value(light).y as f64);
+                let (mean, error) = mean(bundles, value);
+                assert!((mean - whole).abs() < 4.0 * error + 1e-3, "{coat:?} {view}: {mean} ± {error}, not {whole}");
+                assert!(error < 0.015, "{coat:?} {view}: {error}");
+            }
         }
     }
 
@@ -526,9 +594,10 @@ mod tests {
         #[test]
         fn layers_are_reciprocal(
             a in unit_vector(), b in unit_vector(), coat in real(0.05, 1.0), base in real(0.05, 1.0), eta in real(1.0, 3.0),
+            depth in real(0.0, 2.0),
         ) {
             let [a, b] = [a, b].map(|w| Vec3::new(w.x, w.y, w.z.abs().max(1e-3)).normalize());
-            let coat = Coat::new(Ggx::isotropic(coat), eta);
+            let coat = Coat::new(Ggx::isotropic(coat), eta).absorbing(Vec3::splat(depth));
             let plastic = CoatedDiffuse::new(coat, Vec3::splat(0.7));
             let paint = CoatedMetal::new(coat, Ggx::isotropic(base));
             let pairs = [

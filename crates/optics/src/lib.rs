@@ -19,6 +19,7 @@
 //! | glTF's metallic-roughness material, with its extensions | [`principled`] |
 //! | velvet: the sheen of cloth | [`sheen`] |
 //! | what a rough surface reflects in all: by theory, by table | [`albedo`], [`albedo_table`] |
+//! | the same by one direction, drawn by nobody's sampler | [`audit`] |
 //! | the frame of a lobe, weights and densities | [`lobe`], [`basis`] |
 //! | from the unit square to disks, hemispheres, cones, triangles | [`warp`] |
 //! | Beer–Lambert absorption | [`absorption`] |
@@ -75,6 +76,7 @@
 pub mod absorption;
 pub mod albedo;
 pub mod albedo_table;
+pub mod audit;
 pub mod basis;
 pub mod color;
 pub mod conductor;

@@ -83,12 +83,14 @@ impl Albedos {
                     mirror(metal.alpha, &|cosine| colors.at(cosine))
                 }
                 (None, true) => mirror(metal.alpha, &|cosine| conductor_color(cosine, ior(medium), metal.eta, metal.k)),
-                (None, false) => mirror(metal.alpha, &|cosine| F82Tint::new(Vec3::ZERO, metal.f82).reflectance(cosine)),
+                (None, false) => {
+                    mirror(metal.alpha, &|cosine| F82Tint::new(Vec3::ZERO, metal.r90, metal.f82).reflectance(cosine))
+                }
             })
         };
         let slope = |row: usize| {
             let metal = metals.get(row);
-            let of = |r0| F82Tint::new(r0, metal.f82);
+            let of = |r0| F82Tint::new(r0, metal.r90, metal.f82);
             let (black, white) = (of(Vec3::ZERO), of(Vec3::ONE));
             (is_rough(metal.alpha) && metal.fresnel != FresnelModel::Exact)
                 .then(|| mirror(metal.alpha, &|cosine| white.reflectance(cosine) - black.reflectance(cosine)))

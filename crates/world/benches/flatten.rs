@@ -1,4 +1,4 @@
-//! What flattening 100,000 entities costs: `cargo bench -p brewster-world`.
+//! What flattening 100,000 entities costs, and 100,000 that shine: `cargo bench -p brewster-world`.
 //!
 //! Prints milliseconds, best and median, for a new scene and for single edits of it. After every kind of edit the columns are
 //! compared with those of a new scene with the same entities, and so are the hits of 10,000 rays.
@@ -33,6 +33,8 @@ struct Bead {
 struct Field {
     beads: Vec<(u64, Bead)>,
     albedos: [f32; 10],
+    /// A material of each of them.
+    material: fn(f32) -> Material,
 }
 
 /// A scene of a field, and its entities in the same order.
@@ -43,19 +45,20 @@ struct Spawned {
 }
 
 impl Field {
-    fn new(random: &mut Random) -> Field {
+    fn new(material: fn(f32) -> Material, random: &mut Random) -> Field {
         let bead = |key| {
             let (place, radius, material) = (random.vector(100.0), 0.1 + 0.4 * random.unit(), random.below(10));
             (100 + 2 * key, Bead { place, radius, material })
         };
-        Field { beads: (0..ENTITIES as u64).map(bead).collect(), albedos: std::array::from_fn(|i| 0.1 * i as f32) }
+        let albedos = std::array::from_fn(|i| 0.1 * i as f32);
+        Field { beads: (0..ENTITIES as u64).map(bead).collect(), albedos, material }
     }
 
     fn spawn(&self) -> Spawned {
         let mut scene = Scene::new();
         let materials: Vec<Entity> = (0..)
             .zip(self.albedos)
-            .map(|(key, albedo)| scene.spawn((SceneKey(key), Material::Lambert { albedo: Color::gray(albedo) })).id())
+            .map(|(key, albedo)| scene.spawn((SceneKey(key), (self.material)(albedo))).id())
             .collect();
         let beads = self.beads.iter().map(|&(key, bead)| spawn_bead(&mut scene, &materials, key, bead)).collect();
         Spawned { scene, beads, materials }
@@ -81,7 +84,7 @@ const EDITS: [(&str, Edit); 8] = [
     ("one material", |spawned, field, random| {
         let (i, albedo) = (random.below(10), random.unit());
         field.albedos[i] = albedo;
-        let material = Material::Lambert { albedo: Color::gray(albedo) };
+        let material = (field.material)(albedo);
         *spawned.scene.world_mut().get_mut::<Material>(spawned.materials[i]).unwrap() = material;
     }),
     ("one radius", |spawned, field, random| {
@@ -143,6 +146,7 @@ fn assert_same(edited: &SceneBuffers, fresh: &SceneBuffers, after: &str) {
     assert!(edited.instances == fresh.instances, "instances after {after}");
     assert!(edited.shapes == fresh.shapes, "shapes after {after}");
     assert!(edited.materials == fresh.materials, "materials after {after}");
+    assert!(edited.emitters == fresh.emitters, "emitters after {after}");
     let mut random = Random(11);
     let columns: [Vec<f32>; 6] = {
         let rays: Vec<[f32; 6]> = (0..10_000)
@@ -165,9 +169,16 @@ fn assert_same(edited: &SceneBuffers, fresh: &SceneBuffers, after: &str) {
 }
 
 fn main() {
-    let mut random = Random(7);
-    let mut field = Field::new(&mut random);
     println!("flatten of {ENTITIES} entities     best   median   milliseconds");
+    measure(|albedo| Material::Lambert { albedo: Color::gray(albedo) }, &EDITS);
+    println!("the same, and they shine");
+    measure(|part| Material::Emissive { radiance: Color::gray(0.1 + part), two_sided: false }, &EDITS[..2]);
+}
+
+/// Times a new field of a material, and edits of it.
+fn measure(material: fn(f32) -> Material, edits: &[(&str, Edit)]) {
+    let mut random = Random(7);
+    let mut field = Field::new(material, &mut random);
     let mut times = Vec::new();
     let (mut spawned, report) = loop {
         let mut spawned = field.spawn();
@@ -178,7 +189,7 @@ fn main() {
         }
     };
     print("all new", times, &report);
-    for (name, edit) in EDITS {
+    for &(name, edit) in edits {
         let mut last = FlattenReport::default();
         let times = (0..15)
             .map(|_| {

@@ -259,7 +259,7 @@ impl Editor {
             0 => Material::Phong { ambient: self.color(), diffuse: self.color(), specular: self.color(), exponent },
             1 => Material::Lambert { albedo: self.color() },
             2 => Material::Metal {
-                reflectance: Reflectance::Normal { r0: self.color(), f82: Vec3::ONE },
+                reflectance: Reflectance::Normal { r0: self.color(), r90: Vec3::ONE, f82: Vec3::ONE },
                 fresnel,
                 specular: self.color(),
                 exponent,

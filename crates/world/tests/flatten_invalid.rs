@@ -154,7 +154,7 @@ fn materials_that_are_none_are_left_out() {
         compensated: false,
     };
     let rough_metal = |alpha| Material::Metal {
-        reflectance: Reflectance::Normal { r0: Color::WHITE, f82: Vec3::ONE },
+        reflectance: Reflectance::Normal { r0: Color::WHITE, r90: Vec3::ONE, f82: Vec3::ONE },
         fresnel: FresnelModel::Schlick,
         specular: Color::WHITE,
         exponent: 1.0,
@@ -171,7 +171,7 @@ fn materials_that_are_none_are_left_out() {
         film: Some(Film { ior, thickness }),
         compensated: false,
     };
-    let normal = |r0| Reflectance::Normal { r0: Color::gray(r0), f82: Vec3::ONE };
+    let normal = |r0| Reflectance::Normal { r0: Color::gray(r0), r90: Vec3::ONE, f82: Vec3::ONE };
     let edge = |r0, tint| Reflectance::EdgeTint { r0: Vec3::splat(r0), edge_tint: Vec3::splat(tint) };
     let index = |eta, k| Reflectance::Index { eta: Vec3::splat(eta), k: Vec3::splat(k) };
     let glass = |ior, absorption, alpha| dielectric(ior, absorption, alpha, None, false);

@@ -29,12 +29,7 @@ impl Emitters {
     /// The emitters after edits of a scene: equal to new ones. Meshes that were there are not looked at again, and if all sources
     /// are where they were and as they were the tree is kept. Tells whether it was built.
     pub fn update(self, scene: &SceneBuffers) -> (Emitters, bool) {
-        let mut earlier: BTreeMap<_, Vec<_>> = BTreeMap::new();
-        for emitter in self.meshes {
-            earlier.entry(Arc::as_ptr(&emitter.mesh)).or_default().push(emitter);
-        }
-        let emitters = Emitters::default();
-        let mut gathered = Gathered { scene, earlier, tables: BTreeMap::new(), means: BTreeMap::new(), emitters };
+        let mut gathered = Gathered::new(scene, self.meshes);
         let mut sources: Vec<Source> = Vec::new();
         for instance in 0..scene.instances.len() {
             sources.extend(gathered.gather(instance).map(Source::Near));
@@ -51,6 +46,51 @@ impl Emitters {
         emitters.choice = if is_built { LightChoice::new(sources) } else { self.choice };
         (emitters, is_built)
     }
+
+    /// The emitters after instances of some rows were moved, and nothing else was edited: equal to new ones, too. Where that leaves
+    /// their number and kinds as they were no other instance is looked at.
+    pub fn follow(mut self, scene: &SceneBuffers, moved: &[u32]) -> (Emitters, bool) {
+        let Some(sources) = self.moved(scene, moved) else { return self.update(scene) };
+        if sources.iter().all(|(number, source)| self.choice.sources()[*number] == *source) {
+            return (self, false);
+        }
+        let mut all = std::mem::take(&mut self.choice).into_sources();
+        for (number, source) in sources {
+            all[number] = source;
+        }
+        self.choice = LightChoice::new(all);
+        (self, true)
+    }
+
+    /// Places rows anew. None where the rows of others would be others then.
+    fn moved(&mut self, scene: &SceneBuffers, moved: &[u32]) -> Option<Vec<(usize, Source)>> {
+        let mut gathered = Gathered::new(scene, self.meshes.clone());
+        let mut sources = Vec::new();
+        for &row in moved {
+            gathered.emitters.rows.clear();
+            gathered.emitters.rectangles.clear();
+            let bounds = gathered.gather(row as usize);
+            let (number, bounds) = match (self.rows.view().instance.binary_search(&row), bounds) {
+                (Ok(number), Some(bounds)) => (number, bounds),
+                (Err(_), None) => continue,
+                _ => return None,
+            };
+            let mut emitter = gathered.emitters.rows.get(0);
+            let placing = self.rows.view().placing[number];
+            match (placing, emitter.placing) {
+                (Placing::Cone { .. }, Placing::Cone { .. }) | (Placing::Area { .. }, Placing::Area { .. }) => (),
+                (Placing::Triangles { .. }, Placing::Triangles { .. }) => emitter.placing = placing,
+                (Placing::Rectangle { row }, Placing::Rectangle { .. }) => {
+                    self.rectangles[row as usize] = gathered.emitters.rectangles.remove(0);
+                    emitter.placing = placing;
+                }
+                _ => return None,
+            }
+            self.rows.set(number, emitter);
+            sources.push((number, Source::Near(bounds)));
+        }
+        Some(sources)
+    }
 }
 
 /// The emitters so far, and what instances share.
@@ -65,7 +105,16 @@ struct Gathered<'a> {
     emitters: Emitters,
 }
 
-impl Gathered<'_> {
+impl<'a> Gathered<'a> {
+    fn new(scene: &'a SceneBuffers, meshes: Vec<Arc<MeshEmitter>>) -> Gathered<'a> {
+        let mut earlier: BTreeMap<_, Vec<_>> = BTreeMap::new();
+        for emitter in meshes {
+            earlier.entry(Arc::as_ptr(&emitter.mesh)).or_default().push(emitter);
+        }
+        let emitters = Emitters::default();
+        Gathered { scene, earlier, tables: BTreeMap::new(), means: BTreeMap::new(), emitters }
+    }
+
     /// Adds the row of an instance if it shines.
     fn gather(&mut self, row: usize) -> Option<LightBounds> {
         let scene = self.scene;

@@ -56,6 +56,11 @@ impl LightChoice {
         &self.sources
     }
 
+    /// What it was made of, for another.
+    pub(super) fn into_sources(self) -> Vec<Source> {
+        self.sources
+    }
+
     /// The probability of asking the tree.
     #[inline(always)]
     fn chance_of_tree(&self) -> f32 {

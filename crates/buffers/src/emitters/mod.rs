@@ -13,6 +13,7 @@
 //! | light without extent | where it is |
 
 mod build;
+mod bundles;
 mod choice;
 mod cone;
 mod mesh;

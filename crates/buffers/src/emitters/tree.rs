@@ -6,6 +6,11 @@
 //! to it, by one number that is stretched again for the next. The importance of a node looks at the place of the point alone,
 //! not at a surface's normal there, so that the probability can be told for a ray that only knows its origin.
 //!
+//! Nodes are divided so that both halves are small, of one direction and weak. Of more than [`MOST_BUNDLES`] sources [bundles] of
+//! neighbors are divided that way, and what is inside of them along a curve. For 100,000 sources of five kinds, even or in clusters, to
+//! all sides or to some, that took a fifteenth of the time, and the standard error of one sample was 1 % smaller to 3.5 % larger (the
+//! geometric mean over 400 points).
+//!
 //! A source whose importance is 0 shines away from the point: bounds are conservative. Cost: two importances for each level,
 //! down for a draw and up for a probability.
 
@@ -14,7 +19,9 @@ use std::f32::consts::PI;
 use brewster_geometry::Aabb;
 use brewster_lanes::math;
 use glam::Vec3;
+use rayon::prelude::*;
 
+use super::bundles::{self, Place};
 use super::cone::Cone;
 
 /// What a tree knows about one source, or about many.
@@ -47,13 +54,13 @@ impl LightBounds {
         self.intensity * diagonal * f64::from(self.normals.measure(self.emission))
     }
 
-    fn center(&self) -> Vec3 {
+    pub(super) fn center(&self) -> Vec3 {
         self.bounds.min * 0.5 + self.bounds.max * 0.5
     }
 }
 
 /// A node as a point sees it.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Node {
     center: Vec3,
     /// The square of half the box's diagonal.
@@ -147,34 +154,103 @@ pub(super) struct LightTree {
     leaves: Vec<u32>,
 }
 
+/// At most about so many parts are divided with care.
+const MOST_BUNDLES: usize = 2048;
+
+/// What nodes are made of.
+struct Growth<'a> {
+    sources: &'a [LightBounds],
+    /// Intensity of all of them.
+    total: f64,
+    /// Of each bundle what the tree knows, and the child of its node.
+    bundles: Vec<LightBounds>,
+    children: Vec<u32>,
+}
+
+impl Growth<'_> {
+    /// Halves what is inside of a bundle. Its nodes, of which `first` is the number of the first, are two less than twice as many as its
+    /// sources. Tells what is known of it, and its child.
+    fn halve(&self, places: &[Place], first: u32, nodes: &mut [Node]) -> (LightBounds, u32) {
+        if let [(_, source)] = *places {
+            return (self.sources[source as usize], LEAF | source);
+        }
+        let (low, high) = places.split_at(bundles::middle(places));
+        let (pair, rest) = nodes.split_at_mut(2);
+        let (low_nodes, high_nodes) = rest.split_at_mut(2 * (low.len() - 1));
+        let low_first = first + 2;
+        let high_first = low_first + low_nodes.len() as u32;
+        let halves = [self.halve(low, low_first, low_nodes), self.halve(high, high_first, high_nodes)];
+        for (node, (bounds, child)) in pair.iter_mut().zip(&halves) {
+            *node = Node::new(bounds, self.total, *child);
+        }
+        (halves[0].0.union(&halves[1].0), first)
+    }
+
+    /// Divides bundles with care, likewise. Tells the child.
+    fn divide(&self, order: &mut [u32], first: u32, nodes: &mut [Node]) -> u32 {
+        if let [bundle] = *order {
+            return self.children[bundle as usize];
+        }
+        let middle = split(&self.bundles, order);
+        let (low, high) = order.split_at_mut(middle);
+        let (pair, rest) = nodes.split_at_mut(2);
+        let (low_nodes, high_nodes) = rest.split_at_mut(2 * (low.len() - 1));
+        let low_first = first + 2;
+        let high_first = low_first + low_nodes.len() as u32;
+        let node = |order: &[u32]| Node::new(&union(&self.bundles, order), self.total, 0);
+        [pair[0], pair[1]] = [node(low), node(high)];
+        let is_small = low.len().min(high.len()) < 64;
+        let (mut low, mut high) =
+            (|| self.divide(low, low_first, low_nodes), || self.divide(high, high_first, high_nodes));
+        (pair[0].child, pair[1].child) = if is_small { (low(), high()) } else { rayon::join(low, high) };
+        first
+    }
+}
+
 impl LightTree {
-    /// A tree over sources with an intensity above zero.
+    /// A tree over sources with an intensity above zero: of them and of their order, whatever grows it on how many threads.
     pub(super) fn new(sources: &[LightBounds]) -> LightTree {
-        let mut tree = LightTree { nodes: Vec::new(), parents: Vec::new(), leaves: vec![0; sources.len()] };
-        if sources.is_empty() {
-            return tree;
+        let count = sources.len();
+        if count == 0 {
+            return LightTree::default();
         }
+        let places = match count {
+            ..=MOST_BUNDLES => (0..count as u32).map(|source| (source.into(), source)).collect(),
+            _ => bundles::along_curve(sources),
+        };
+        let ranges = bundles::bundles(&places, count.div_ceil(MOST_BUNDLES));
         let total = sources.iter().map(|source| source.intensity).sum();
-        let mut order: Vec<u32> = (0..sources.len() as u32).collect();
-        tree.nodes.push(Node::new(&union(sources, &order), total, 0));
-        let mut open = vec![(0, 0..order.len())];
-        while let Some((node, range)) = open.pop() {
-            if range.len() == 1 {
-                let source = order[range.start];
-                tree.nodes[node].child = LEAF | source;
-                tree.leaves[source as usize] = node as u32;
-                continue;
-            }
-            let middle = range.start + split(sources, &mut order[range.clone()]);
-            let first = tree.nodes.len();
-            tree.nodes[node].child = first as u32;
-            tree.parents.push(node as u32);
-            for (child, range) in [(first, range.start..middle), (first + 1, middle..range.end)] {
-                tree.nodes.push(Node::new(&union(sources, &order[range.clone()]), total, 0));
-                open.push((child, range));
+        let mut growth = Growth { sources, total, bundles: Vec::new(), children: Vec::new() };
+        // The nodes that divide bundles, then those inside of each.
+        let mut nodes = vec![Node::default(); 2 * count - 1];
+        let (top, mut free) = nodes.split_at_mut(2 * ranges.len() - 1);
+        let mut first = top.len() as u32;
+        let insides: Vec<_> = ranges
+            .into_iter()
+            .map(|range| {
+                let inside = free.split_off_mut(..2 * (range.len() - 1)).expect("nodes for all sources");
+                first += inside.len() as u32;
+                (&places[range], first - inside.len() as u32, inside)
+            })
+            .collect();
+        let halve = |(places, first, nodes)| growth.halve(places, first, nodes);
+        (growth.bundles, growth.children) = insides.into_par_iter().with_min_len(16).map(halve).unzip();
+        let mut order: Vec<u32> = (0..growth.bundles.len() as u32).collect();
+        let all = union(&growth.bundles, &order);
+        top[0] = Node::new(&all, total, growth.divide(&mut order, 1, &mut top[1..]));
+        LightTree::of(nodes, count)
+    }
+
+    /// A tree of nodes, with the way up.
+    fn of(nodes: Vec<Node>, count: usize) -> LightTree {
+        let (mut parents, mut leaves) = (vec![0; count - 1], vec![0; count]);
+        for (number, node) in (0..).zip(&nodes) {
+            match node.child {
+                leaf if leaf & LEAF != 0 => leaves[(leaf & !LEAF) as usize] = number,
+                first => parents[first as usize / 2] = number,
             }
         }
-        tree
+        LightTree { nodes, parents, leaves }
     }
 
     /// Draws a source as a point sees it with 0 ≤ u < 1, and tells the probability of that. None where no source may shine.
@@ -307,7 +383,7 @@ mod tests {
     #[test]
     fn probabilities_are_those_of_draws() {
         let mut random = Random::new(3);
-        for count in [1, 2, 3, 40] {
+        for count in [1, 2, 3, 40, 2 * MOST_BUNDLES + 3] {
             let sources = sources(count, &mut random);
             let tree = LightTree::new(&sources);
             for _ in 0..20 {

@@ -77,6 +77,7 @@ fn every_rough_material_says_what_it_says() {
             "wide": Metal(r0: 0.5, alpha: 0.25),
             "rough": Metal(r0: 0.5, roughness: 0.5),
             "tinted": Metal(r0: 0.5, f82: (1, 0.5, 0.25)),
+            "even": Metal(r0: 0.5, r90: (0.5, 0.25, 0.75)),
             "edged": Metal(r0: (0.25, 0.5, 0.75), edge_tint: 0.5),
             "frosted": Dielectric(ior: 1.5, roughness: 0.5),
             "oily": Metal(r0: 0.5, edge_tint: 0.5, film: (ior: 1.5, thickness: 250)),
@@ -93,7 +94,7 @@ fn every_rough_material_says_what_it_says() {
         let (specular, exponent) = (gray(1.0), 100.0);
         Material::Metal { reflectance, fresnel, specular, exponent, alpha, film: None, compensated: false }
     };
-    let normal = |f82| Reflectance::Normal { r0: gray(0.5), f82 };
+    let normal = |r90, f82| Reflectance::Normal { r0: gray(0.5), r90, f82 };
     let edged = Reflectance::EdgeTint { r0: Vec3::new(0.25, 0.5, 0.75), edge_tint: Vec3::splat(0.5) };
     let oily = Material::Metal {
         reflectance: Reflectance::EdgeTint { r0: Vec3::splat(0.5), edge_tint: Vec3::splat(0.5) },
@@ -125,9 +126,10 @@ fn every_rough_material_says_what_it_says() {
         ("abbe", dispersive(1.5, DispersiveIndex::Cauchy(Cauchy::from_abbe(1.5, 40.0)))),
         ("cauchy", dispersive(1.5, DispersiveIndex::Cauchy(Cauchy { a: 1.5, b: 0.0, c: 0.0 }))),
         ("dust", Material::RoughDiffuse { albedo: gray(0.25), roughness: 0.75 }),
-        ("wide", metal(normal(Vec3::ONE), FresnelModel::Schlick, 0.25)),
-        ("rough", metal(normal(Vec3::ONE), FresnelModel::Schlick, 0.25)),
-        ("tinted", metal(normal(Vec3::new(1.0, 0.5, 0.25)), FresnelModel::Schlick, 0.0)),
+        ("wide", metal(normal(Vec3::ONE, Vec3::ONE), FresnelModel::Schlick, 0.25)),
+        ("rough", metal(normal(Vec3::ONE, Vec3::ONE), FresnelModel::Schlick, 0.25)),
+        ("tinted", metal(normal(Vec3::ONE, Vec3::new(1.0, 0.5, 0.25)), FresnelModel::Schlick, 0.0)),
+        ("even", metal(normal(Vec3::new(0.5, 0.25, 0.75), Vec3::ONE), FresnelModel::Schlick, 0.0)),
         ("edged", metal(edged, FresnelModel::Exact, 0.0)),
         ("frosted", dielectric(1.5, None, 0.25, None, false)),
         ("oily", oily),

@@ -59,7 +59,8 @@ fn every_material_says_what_it_says() {
         compensated: false,
     };
     let index = Reflectance::Index { eta: Vec3::new(0.5, 1.0, 2.0), k: Vec3::splat(3.0) };
-    let normal = Reflectance::Normal { r0: Color::Constant(Vec3::new(0.25, 0.5, 0.75)), f82: Vec3::ONE };
+    let normal =
+        Reflectance::Normal { r0: Color::Constant(Vec3::new(0.25, 0.5, 0.75)), r90: Vec3::ONE, f82: Vec3::ONE };
     for (name, expected) in [
         ("phong", Material::Phong { ambient: checker.clone(), diffuse: checker, specular: gray(0.5), exponent: 40.0 }),
         ("ambient", Material::Phong { ambient: gray(0.125), diffuse: gray(0.25), specular: gray(0.0), exponent: 32.0 }),

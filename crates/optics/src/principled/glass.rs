@@ -120,6 +120,25 @@ impl Glass {
         LobeSplit { reflection: Some(reflection), transmission: Some(transmission), reflectance: mean(color) }
     }
 
+    /// About where rough facets send what they let through, and how wide; none where they are smooth, or where a plane would reflect
+    /// all.
+    #[inline]
+    pub(super) fn bundle_through(&self, view: Vec3) -> Option<(Vec3, f32)> {
+        if self.is_smooth() {
+            return None;
+        }
+        let RoughDielectric { facets, eta_i, eta_t } = self.boundary;
+        let [x, y] = facets.alphas();
+        if self.is_sheet {
+            return Some((-view, 2.0 * x.max(y)));
+        }
+        let cos_t = refraction::cos_t(view.z.min(1.0), eta_i, eta_t)?;
+        let ratio = eta_i / eta_t;
+        // A facet tilted by t turns what passes it by this times t, and what it reflects by 2t.
+        let turn = (1.0 - ratio * view.z / cos_t.max(0.1)).abs().min(2.0);
+        Some((refraction::refract_with_cosine(-view, Vec3::Z, cos_t, ratio), turn * x.max(y)))
+    }
+
     #[inline(always)]
     fn split_smooth(&self, view: Vec3) -> LobeSplit {
         let RoughDielectric { eta_i, eta_t, .. } = self.boundary;

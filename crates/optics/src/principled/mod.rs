@@ -36,6 +36,7 @@ use glam::{Vec2, Vec3};
 use self::filmed::Filmed;
 use self::glass::Glass;
 use crate::albedo_table;
+use crate::audit::Bundles;
 use crate::basis::Basis;
 use crate::fresnel::{self, f0_dielectric};
 use crate::lobe::{DELTA, LobeSample, LobeSplit, LobeValue, mean};
@@ -234,7 +235,7 @@ impl Principled {
         let view = self.turned(view);
         let sheet = self.glass.filter(|glass| glass.is_sheet && glass.is_smooth() && view.z > 0.0);
         let through = sheet.and_then(|glass| glass.split(view, Vec2::ZERO).transmission);
-        through.map_or(Vec3::ZERO, |sample| self.singular(view, sample, 1.0).weight)
+        through.map_or(Vec3::ZERO, |sample| self.single(view, sample, 1.0).weight)
     }
 
     /// f |cosθ| of all lobes, and the density with which [`Principled::split`] gives the direction; the chosen one is that of
@@ -259,7 +260,7 @@ impl Principled {
         };
         let LobeSplit { reflection, transmission, reflectance } = glass.split(view, u);
         let weighed = |sample: LobeSample| match sample.is_delta() {
-            true => Some(self.singular(view, sample, chances.glass)),
+            true => Some(self.single(view, sample, chances.glass)),
             false => self.weighed(view, sample.direction, |value| value.pdf),
         };
         LobeSplit {
@@ -285,7 +286,7 @@ impl Principled {
                 let again = ((choice - opaque) / chances.glass).min(BELOW_ONE);
                 let sample = glass.split(view, u).choose(again)?;
                 if sample.is_delta() {
-                    return Some(self.singular(view, sample, chances.glass));
+                    return Some(self.single(view, sample, chances.glass));
                 }
                 sample.direction
             }
@@ -293,23 +294,36 @@ impl Principled {
         self.weighed(view, direction, LobeValue::chosen_pdf)
     }
 
-    /// What is sent on in all of the light from a direction, within the precision of [`albedo_table`]. `None` where that is not
-    /// known: of glass that is rough or colored, of anisotropic facets, under films, clearcoat and sheen.
+    /// What is sent into the single directions of smooth glass, which have no value.
     #[inline]
-    pub fn albedo(&self, view: Vec3) -> Option<Vec3> {
-        let [alpha_x, alpha_y] = self.facets.alphas();
-        let layered = self.clearcoat > 0.0 || self.sheen_color != Vec3::ZERO || self.filmed.is_some();
-        if layered || alpha_x != alpha_y {
-            return None;
+    pub fn singular(&self, view: Vec3) -> Vec3 {
+        let view = self.turned(view);
+        let smooth = self.glass.filter(|glass| glass.is_smooth() && view.z > 0.0);
+        let split = smooth.map_or(LobeSplit::opaque(None), |glass| glass.split(view, Vec2::ZERO));
+        let ways = [split.reflection, split.transmission].into_iter().flatten();
+        ways.map(|sample| self.single(view, sample, 1.0).weight).sum()
+    }
+
+    /// An estimate of all that is sent on beside that, by three numbers of one's own.
+    #[inline]
+    pub fn estimate(&self, view: Vec3, choice: f32, u: Vec2) -> Vec3 {
+        let view = self.turned(view);
+        if view.z <= 0.0 {
+            return Vec3::ZERO;
         }
-        let glass = match self.glass {
-            Some(glass) if glass.is_smooth() && glass.tint == Vec3::ONE => glass.weight,
-            Some(_) => return None,
-            None => 0.0,
-        };
-        let parts = self.parts(view);
-        let diffuse = (self.diffuse + self.through) * (1.0 - parts.layer);
-        Some(self.specular(&parts, view) + self.of_further(&parts) + diffuse + glass)
+        let mut bundles = Bundles::ABOVE.and_highlight(view, &self.facets);
+        if self.transmits() {
+            bundles = bundles.and_below();
+        }
+        if let Some((axis, width)) = self.glass.and_then(|glass| glass.bundle_through(view)) {
+            bundles = bundles.and(axis, width);
+        }
+        if self.clearcoat > 0.0 && !self.is_inside {
+            let normal = self.clearcoat_frame.normal;
+            let image = normal * (2.0 * normal.dot(view)) - view;
+            bundles = bundles.and(image, 2.0 * self.clearcoat_facets.mean_alpha());
+        }
+        bundles.estimate(choice, u, |light| self.evaluate_turned(view, light).f_cos)
     }
 
     /// The boundary that light comes through, and what facets of it reflect at an angle.
@@ -407,7 +421,7 @@ impl Principled {
 
     /// A singular direction of glass, which is taken with a probability.
     #[inline(always)]
-    fn singular(&self, view: Vec3, sample: LobeSample, chance: f32) -> LobeSample {
+    fn single(&self, view: Vec3, sample: LobeSample, chance: f32) -> LobeSample {
         let mut weight = sample.weight / chance;
         if sample.is_transmission() || !self.is_inside {
             let (from, to) = (self.parts(view), self.parts(sample.direction));

@@ -368,7 +368,7 @@ impl<B: Beside> Follower<'_, '_, '_, B> {
         count(counts, Stage::Draw);
         let stream = |branch| context.sampler.stream(sample.key, sample.number, branch);
         let numbers = DrawOnDemand { sampler: &context.sampler, stream: stream(ray.branch), depth };
-        scatter_at::<Kind>(context, (*ray, *hit, depth), numbers, || stream(1), sent, stacks, counts);
+        scatter_at::<Kind>(context, (*ray, *hit, depth), numbers, stream, sent, stacks, counts);
     }
 
     /// What a medium makes of a ray that it scatters; it changes no mark.

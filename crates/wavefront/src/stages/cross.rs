@@ -30,7 +30,9 @@ pub(crate) fn behind(context: &Context<'_>, ray: &PathRay, crossing: &Crossing, 
     if context.albedos.is_some() {
         counts.ledger.crossed.add(ray.weight);
     }
-    // It goes on at its depth, where flights have used numbers of its branch: those behind are of another, which no other ray has.
-    let branch = if context.has_fog { ray.branch.wrapping_mul(2).wrapping_add(1) } else { ray.branch };
+    // It goes on at its depth, where flights and veils have used numbers of its branch: those behind are of another, which no other
+    // ray has.
+    let has_drawn = context.has_fog || context.has_veils;
+    let branch = if has_drawn { ray.branch.wrapping_mul(2).wrapping_add(1) } else { ray.branch };
     PathRay { media: crossing.media, pdf: DELTA, branch, ..ray.along(crossing.origin, ray.direction()) }
 }

@@ -232,6 +232,8 @@ pub enum Reflectance {
     Normal {
         /// R_0: reflectance at normal incidence, 0 to 1.
         r0: Color,
+        /// R_90: reflectance at grazing incidence, 0 to 1: that of metals is white.
+        r90: Vec3,
         /// The color near grazing incidence, at 82°, as a factor of Schlick's curve, 0 to 1: white is that curve.
         f82: Vec3,
     },

@@ -267,22 +267,23 @@ fn put(
         }
         &Material::Metal { ref reflectance, fresnel, ref specular, exponent, alpha, film, compensated } => {
             // Where there is no index, one without effect stands in for it.
-            let (r0, f82, eta, k) = match *reflectance {
-                Reflectance::Normal { ref r0, f82 } => (source(r0), f82, Vec3::ONE, Vec3::ZERO),
+            let (r0, [r90, f82], eta, k) = match *reflectance {
+                Reflectance::Normal { ref r0, r90, f82 } => (source(r0), [r90, f82], Vec3::ONE, Vec3::ZERO),
                 Reflectance::Index { eta, k } => {
                     let r0 = [0, 1, 2].map(|channel| f0_conductor(1.0, eta[channel], k[channel]));
-                    (buffers::ColorSource::constant(Vec3::from_array(r0)), Vec3::ONE, eta, k)
+                    (buffers::ColorSource::constant(Vec3::from_array(r0)), [Vec3::ONE; 2], eta, k)
                 }
                 Reflectance::EdgeTint { r0, edge_tint } => {
                     let index = [0, 1, 2].map(|channel| index_from_edge_tint(r0[channel], edge_tint[channel]));
                     let [eta, k] = [index.map(|(eta, _)| eta), index.map(|(_, k)| k)].map(Vec3::from_array);
-                    (buffers::ColorSource::constant(r0), Vec3::ONE, eta, k)
+                    (buffers::ColorSource::constant(r0), [Vec3::ONE; 2], eta, k)
                 }
             };
             let specular = source(specular);
-            materials
-                .metal
-                .put(row, buffers::Metal { r0, eta, k, fresnel, f82, alpha, film, compensated, specular, exponent })
+            materials.metal.put(
+                row,
+                buffers::Metal { r0, eta, k, fresnel, r90, f82, alpha, film, compensated, specular, exponent },
+            )
         }
         #[rustfmt::skip]
         &Material::Dielectric {
@@ -458,7 +459,7 @@ fn metal_rules(
     alpha: f32,
 ) -> [(bool, &'static str); 4] {
     let (reflectance_is_sound, has_index) = match *reflectance {
-        Reflectance::Normal { ref r0, f82 } => (are_parts(r0.factor()) && are_parts(f82), false),
+        Reflectance::Normal { ref r0, r90, f82 } => ([r0.factor(), r90, f82].into_iter().all(are_parts), false),
         Reflectance::EdgeTint { r0, edge_tint } => (are_parts(r0) && are_parts(edge_tint), true),
         Reflectance::Index { eta, k } => {
             let finite = eta.is_finite() && k.is_finite();

@@ -75,6 +75,7 @@ fn bare(session: &mut Session, material: &schema::Material, span: Span) -> Optio
             k,
             of,
             edge_tint,
+            r90,
             f82,
             fresnel,
             alpha,
@@ -85,7 +86,7 @@ fn bare(session: &mut Session, material: &schema::Material, span: Span) -> Optio
             exponent,
         } => {
             let reflectance = reflectance(session, (r0, eta, k, of), span)?;
-            let reflectance = tinted(session, reflectance, (*edge_tint, *f82), span)?;
+            let reflectance = tinted(session, reflectance, (*edge_tint, *r90, *f82), span)?;
             let has_index = !matches!(reflectance, world::Reflectance::Normal { .. });
             let fresnel = metal_fresnel(session, &reflectance, fresnel.as_ref())?;
             world::Material::Metal {
@@ -290,7 +291,7 @@ type ReflectanceFields<'m> = (&'m Option<Paint>, &'m Option<Rgb>, &'m Option<Rgb
 fn reflectance(session: &mut Session, fields: ReflectanceFields, span: Span) -> Option<world::Reflectance> {
     let (code, message) = match fields {
         (Some(r0), None, None, None) => {
-            return Some(world::Reflectance::Normal { r0: paint(session, r0)?, f82: Vec3::ONE });
+            return Some(world::Reflectance::Normal { r0: paint(session, r0)?, r90: Vec3::ONE, f82: Vec3::ONE });
         }
         (None, Some(eta), Some(k), None) => return Some(world::Reflectance::Index { eta: eta.0, k: k.0 }),
         (None, None, None, Some(name)) => {
@@ -313,28 +314,29 @@ fn reflectance(session: &mut Session, fields: ReflectanceFields, span: Span) -> 
     None
 }
 
-/// The reflectance with what `edge_tint` or `f82` say of its edge.
+/// The reflectance with what `edge_tint`, or `r90` and `f82`, say of its edge.
 fn tinted(
     session: &mut Session,
     reflectance: world::Reflectance,
-    tints: (Option<Rgb>, Option<Rgb>),
+    tints: (Option<Rgb>, Option<Rgb>, Option<Rgb>),
     span: Span,
 ) -> Option<world::Reflectance> {
     let (message, expected) = match (reflectance, tints) {
-        (reflectance, (None, None)) => return Some(reflectance),
-        (world::Reflectance::Normal { r0, .. }, (None, Some(f82))) => {
-            return Some(world::Reflectance::Normal { r0, f82: f82.0 });
+        (reflectance, (None, None, None)) => return Some(reflectance),
+        (world::Reflectance::Normal { r0, .. }, (None, r90, f82)) => {
+            let [r90, f82] = [r90, f82].map(|color| color.map_or(Vec3::ONE, |color| color.0));
+            return Some(world::Reflectance::Normal { r0, r90, f82 });
         }
-        (world::Reflectance::Normal { r0: world::Color::Constant(r0), .. }, (Some(edge_tint), None)) => {
+        (world::Reflectance::Normal { r0: world::Color::Constant(r0), .. }, (Some(edge_tint), None, None)) => {
             return Some(world::Reflectance::EdgeTint { r0, edge_tint: edge_tint.0 });
         }
-        (world::Reflectance::Normal { .. }, (Some(_), None)) => {
+        (world::Reflectance::Normal { .. }, (Some(_), None, None)) => {
             ("an edge tint needs the same `r0` everywhere", "a color for `r0`, or `f82`")
         }
-        (world::Reflectance::Normal { .. }, (Some(_), Some(_))) => {
-            ("two fields say what the metal's edge looks like", "one of: `edge_tint`, `f82`")
+        (world::Reflectance::Normal { .. }, (Some(_), ..)) => {
+            ("two fields say what the metal's edge looks like", "`edge_tint`, or `r90` and `f82`")
         }
-        _ => ("an index says what the metal's edge looks like", "`r0` beside `edge_tint` or `f82`"),
+        _ => ("an index says what the metal's edge looks like", "`r0` beside `edge_tint`, `r90` or `f82`"),
     };
     session.found.push(session.sources.error(Code::Conflict, span, message).expected(expected));
     None

@@ -56,6 +56,8 @@ schema! {
             of: Option<Spanned<String>> => "\"Au\"",
             /// Beside `r0`: color of the edge, from which the index follows after Gulbrandsen; a color for all of the surface.
             edge_tint: Option<Rgb> where ZERO_TO_ONE => "(0.9, 0.7, 0.5)",
+            /// Beside `r0`: reflectance at grazing incidence; with that of `r0` the same color is reflected at every angle.
+            r90: Option<Rgb> where ZERO_TO_ONE => "(0.3, 0.4, 0.9)",
             /// Beside `r0`: color of the edge at 82 degrees, as a factor of Schlick's curve.
             f82: Option<Rgb> where ZERO_TO_ONE => "(1, 0.9, 0.8)",
             /// How reflectance grows toward grazing angles: `Exact` where an index is known and `Schlick` with `r0`, if

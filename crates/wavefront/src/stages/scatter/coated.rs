@@ -70,6 +70,17 @@ impl Surface for Coating {
     }
 
     #[inline(always)]
+    fn estimate(&self, view: Vec3, choice: f32, u: Vec2) -> Option<Vec3> {
+        let (singular, bundles) = match &self.over {
+            Over::Diffuse(coated) => (coated.singular(view), coated.bundles(view)),
+            Over::Metal(coated, metal) => {
+                (coated.singular(view, |cos_t| metal.reflectance(cos_t)), coated.bundles(view))
+            }
+        };
+        Some(singular + bundles.estimate(choice, u, |light| self.evaluate(view, light).f_cos))
+    }
+
+    #[inline(always)]
     fn evaluate(&self, view: Vec3, light: Vec3) -> LobeValue {
         match &self.over {
             Over::Diffuse(coated) => coated.evaluate(view, light),

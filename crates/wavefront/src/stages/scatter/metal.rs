@@ -55,7 +55,7 @@ impl Conductor {
             film: material.film,
             fresnel: material.fresnel,
             r0,
-            tint: F82Tint::new(r0, material.f82),
+            tint: F82Tint::new(r0, material.r90, material.f82),
             eta_i,
             eta: material.eta,
             k: material.k,

@@ -67,8 +67,8 @@ impl Scatter for OnPrincipled {
     }
 
     #[inline(always)]
-    fn albedo(_: &Albedos, surface: &Principled, _: &SurfaceHit, _: &Sides, cosine: f32) -> Option<Vec3> {
-        surface.albedo(Vec3::new((1.0 - cosine * cosine).max(0.0).sqrt(), 0.0, cosine))
+    fn albedo(_: &Albedos, _: &Principled, _: &SurfaceHit, _: &Sides, _: f32) -> Option<Vec3> {
+        None
     }
 }
 
@@ -145,6 +145,16 @@ impl Surface for Principled {
     #[inline(always)]
     fn straight(&self, view: Vec3) -> Vec3 {
         Principled::straight(self, view)
+    }
+
+    #[inline(always)]
+    fn estimate(&self, view: Vec3, choice: f32, u: Vec2) -> Option<Vec3> {
+        let singular = Principled::singular(self, view);
+        Some(if Principled::is_smooth(self) {
+            singular
+        } else {
+            singular + Principled::estimate(self, view, choice, u)
+        })
     }
 
     #[inline(always)]

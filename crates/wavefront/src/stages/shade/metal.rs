@@ -70,7 +70,9 @@ pub(crate) fn mirror_at_metal(
             let eta_i = stacks.filling(ray.media).ior(&dielectrics);
             conductor_color(cos_i, eta_i, material.eta, material.k)
         }
-        FresnelModel::Schlick | FresnelModel::SchlickThetaM => F82Tint::new(r0, material.f82).reflectance(cos_i),
+        FresnelModel::Schlick | FresnelModel::SchlickThetaM => {
+            F82Tint::new(r0, material.r90, material.f82).reflectance(cos_i)
+        }
     };
     let origin = offset_origin(&hit.point, mirror);
     let reflected = ray.along(origin, mirror);
