@@ -30,7 +30,8 @@ pub(super) fn along_curve(sources: &[LightBounds]) -> Vec<Place> {
 
 /// Cuts the curve into bundles of at most `most` sources.
 pub(super) fn bundles(places: &[Place], most: usize) -> Vec<Range<usize>> {
-    let (mut bundles, mut open) = (Vec::new(), vec![0..places.len()]);
+    let mut bundles = Vec::new();
+    let mut open: Vec<_> = std::iter::once(0..places.len()).collect();
     while let Some(range) = open.pop() {
         if range.len() <= most {
             bundles.push(range);
@@ -93,6 +94,6 @@ mod tests {
     fn sources_in_one_place_are_parted() {
         let places = along_curve(&vec![at(Vec3::splat(2.0)); 10]);
         assert_eq!(bundles(&places, 3), [0..2, 2..5, 5..7, 7..10]);
-        assert_eq!(bundles(&places[..1], 1), [0..1]);
+        assert_eq!(bundles(&places[..1], 1)[0], 0..1);
     }
 }
