@@ -1,7 +1,7 @@
 //! Rays per second on a ray dump, one JSON line a measurement: to be put beside other programs that trace the same dump.
 //!
-//! `cargo bench -p brewster-geometry --bench laboratory -- DUMP RUNS THREADS`, with paths from the folder of the crate. A dump
-//! holds, little endian: u32 0x3159524c, vertices, triangles, sets; vertices as 3 f32; triangles as 3 u32; and for each set
+//! `cargo bench -p brewster-geometry --bench laboratory -- DUMP RUNS THREADS [one]`, with paths from the folder of the crate; with `one`
+//! each ray goes by itself. A dump holds, little endian: u32 0x3159524c, vertices, triangles, sets; vertices as 3 f32; triangles as 3 u32; and for each set
 //! its name in 16 bytes, u32 rays, u32 kind (0 nearest hit, 1 any hit), and the rays as 8 f32: origin, 0, direction, greatest t.
 //!
 //! A line has `engine`, `mesh`, `what`, `config` and `threads`, and a `build` line `tris`, `build_s` (median), `build_min_s` and `mbytes`; a
@@ -56,9 +56,11 @@ impl<'a> Words<'a> {
 
 fn main() {
     let arguments: Vec<String> = std::env::args().skip(1).filter(|argument| argument != "--bench").collect();
-    let [dump, runs, threads] = arguments.as_slice() else {
+    let (dump, runs, threads, alone) = match arguments.as_slice() {
+        [dump, runs, threads] => (dump, runs, threads, false),
+        [dump, runs, threads, one] if one == "one" => (dump, runs, threads, true),
         // `cargo bench` starts all benches of a package.
-        return println!("laboratory: no dump was named");
+        _ => return println!("laboratory: no dump was named"),
     };
     let number = |text: &String| text.parse::<usize>().ok().filter(|&number| number > 0).expect("a number above 0");
     let (runs, threads) = (number(runs), number(threads));
@@ -66,7 +68,8 @@ fn main() {
     let mesh_name = std::path::Path::new(dump).file_stem().map_or(String::new(), |stem| stem.to_string_lossy().into());
     let (mesh, sets) = read(&bytes);
     rayon::ThreadPoolBuilder::new().num_threads(threads).build_global().expect("the pool is made once");
-    let config = format!("{} wave", Level::detect().name());
+    let (kernel, api) = if alone { ("single", "ray") } else { ("wave", "columns") };
+    let config = format!("{} {kernel}", Level::detect().name());
     let start = format!(r#"{{"engine":"brewster","mesh":"{mesh_name}","threads":{threads},"config":"{config}""#);
 
     let mesh = Arc::new(mesh);
@@ -95,7 +98,7 @@ fn main() {
         let mut runs: Vec<(f64, (usize, f64))> = (0..=runs)
             .map(|_| {
                 let begin = Instant::now();
-                let found = trace(&scene, set, threads);
+                let found = trace(&scene, set, threads, alone);
                 (begin.elapsed().as_secs_f64(), found)
             })
             .skip(1)
@@ -106,7 +109,7 @@ fn main() {
         let n = set.t_max.len();
         let rate = |run: usize| n as f64 / runs[run].0 * 1e-6;
         println!(
-            r#"{start},"what":"trace","api":"columns","rays":"{}","n":{n},"mrays_median":{:.3},"mrays_best":{:.3},"hits":{hits},"sumt":{sum:.3}}}"#,
+            r#"{start},"what":"trace","api":"{api}","rays":"{}","n":{n},"mrays_median":{:.3},"mrays_best":{:.3},"hits":{hits},"sumt":{sum:.3}}}"#,
             set.name,
             rate(runs.len() / 2),
             rate(0),
@@ -137,13 +140,15 @@ fn read(bytes: &[u8]) -> (TriangleMesh, Vec<Set>) {
 }
 
 /// How many rays hit, and the sum of their distances.
-fn trace(scene: &Scene, set: &Set, threads: usize) -> (usize, f64) {
+fn trace(scene: &Scene, set: &Set, threads: usize, alone: bool) -> (usize, f64) {
     let next = AtomicUsize::new(0);
     let work = || {
         let mut hits = HitColumns::new();
         hits.resize(BATCH, Hit::miss());
         let mut found = vec![false; BATCH];
         let (mut count, mut sum) = (0, 0.0);
+        let mut memory = RayMemory::default();
+        let mut one = RayByRay::new(scene.geometry(), Level::detect(), &mut memory);
         loop {
             let from = next.fetch_add(BATCH, Ordering::Relaxed);
             if from >= set.t_max.len() {
@@ -156,11 +161,19 @@ fn trace(scene: &Scene, set: &Set, threads: usize) -> (usize, f64) {
                 direction: direction.map(|c| &c[run.clone()]),
                 time: &[],
             };
-            if set.any {
+            if alone && set.any {
+                let t_max = &set.t_max[run];
+                (0..rays.len()).for_each(|ray| found[ray] = one.occluded(&rays.get(ray), t_max[ray]));
+                count += found[..rays.len()].iter().filter(|&&found| found).count();
+            } else if set.any {
                 occluded(&scene.geometry(), Level::detect(), rays, &set.t_max[run], &mut found);
                 count += found[..rays.len()].iter().filter(|&&found| found).count();
             } else {
-                closest_hits(&scene.geometry(), Level::detect(), rays, hits.view_mut());
+                if alone {
+                    (0..rays.len()).for_each(|ray| hits.set(ray, one.closest_hit(&rays.get(ray))));
+                } else {
+                    closest_hits(&scene.geometry(), Level::detect(), rays, hits.view_mut());
+                }
                 for &t in &hits.view().t[..rays.len()] {
                     let hit = t < f32::INFINITY;
                     count += usize::from(hit);
