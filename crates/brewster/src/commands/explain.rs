@@ -17,7 +17,8 @@ use crate::terminal::Terminal;
 
 /// Tells how the light of one pixel came about: every ray, what it met, how that split it, and what light it brought.
 ///
-/// The contributions add up to the pixel of a render, to the last unit. Without an output file it is told as text.
+/// The contributions add up to the pixel of a render, to the last unit; where a noise threshold lets pixels go without some of the
+/// samples that the scene asks for, to one of all of them. Without an output file it is told as text.
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
     #[command(flatten)]

@@ -9,7 +9,8 @@
 //! Nodes are divided so that both halves are small, of one direction and weak. Of more than [`MOST_BUNDLES`] sources [bundles] of
 //! neighbors are divided that way, and what is inside of them along a curve. For 100,000 sources of five kinds, even or in clusters, to
 //! all sides or to some, that took a fifteenth of the time, and the standard error of one sample was 1 % smaller to 3.5 % larger (the
-//! geometric mean over 400 points).
+//! geometric mean over 400 points; the arithmetic mean of the variance rose to 2.9 and 1.3 times where lights fill a volume with the points
+//! among them, by one or two points).
 //!
 //! A source whose importance is 0 shines away from the point: bounds are conservative. Cost: two importances for each level,
 //! down for a draw and up for a probability.

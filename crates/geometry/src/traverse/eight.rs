@@ -205,3 +205,74 @@ unsafe fn sort_eight(keys: __m256i) -> __m256i {
         stage!(keys, _mm256_shuffle_epi32::<0b10_11_00_01>(keys), 0b0101_0101)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use brewster_lanes::Level;
+    use glam::Vec3;
+
+    use super::*;
+    use crate::intersect_triangle;
+    use crate::ray::Ray;
+
+    /// Numbers in -1..1 that have nothing to do with each other: Weyl's sequence, its bits mixed.
+    fn numbers() -> impl FnMut() -> f32 {
+        let mut state = 0u64;
+        move || {
+            state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
+            let mixed = (state ^ state >> 29).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+            (mixed >> 40) as f32 / (1 << 23) as f32 - 1.0
+        }
+    }
+
+    /// Rays from everywhere and from the triangles themselves, on triangles of all sizes and as thin as needles, with limits at the very
+    /// hit: whatever the exact routine takes is in reach, and most of what it refuses for its t alone is not.
+    #[test]
+    fn no_triangle_that_is_hit_is_out_of_reach() {
+        if !Level::detect().has_avx2() {
+            return println!("this machine never runs the code: it has no AVX2");
+        }
+        let mut number = numbers();
+        let (mut taken, mut refused, mut kept) = (0, 0, 0);
+        for round in 0..60_000 {
+            let mut vector = || Vec3::new(number(), number(), number());
+            let (center, size) = (vector() * 3.0, 10f32.powi(-(round % 5)));
+            let [a, side, other] = [center + vector() * size, vector() * size, vector() * size];
+            let thin = if round % 3 == 0 { 1e-6 } else { 1.0 };
+            let corners = [a, a + side, a + side * 0.4 + other * thin];
+            let weights = vector().abs();
+            let inside =
+                (corners[0] * weights.x + corners[1] * weights.y + corners[2] * weights.z) / weights.element_sum();
+            let normal = side.cross(other).normalize_or(Vec3::Y);
+            let (direction, away) = (vector().normalize_or(Vec3::X), vector());
+            let origin = match round % 4 {
+                0 => inside - direction * (1.0 + away.x.abs()),
+                1 => inside + direction * (1.0 + away.x.abs()),
+                2 => inside + normal * away.x * 1e-6,
+                _ => inside + normal * away.x * 1e-3 * size,
+            };
+            let ray = Ray { origin, direction, time: 0.0 };
+            let shear = Shear::new(&ray);
+            let patch = Patch::pack([corners].into_iter()).expect("one triangle");
+            let is_in_reach = |limit: f32| {
+                // SAFETY: a `Level` has AVX2 only where there is FMA, too.
+                unsafe { Sheared::new(&shear, &patch).in_reach(&shear, limit) & 1 == 1 }
+            };
+            if let Some(hit) = intersect_triangle(&ray, corners) {
+                taken += 1;
+                for limit in [f32::INFINITY, hit.t.next_up(), hit.t] {
+                    assert!(is_in_reach(limit), "{ray:?} {corners:?} {hit:?} {limit}");
+                }
+                refused += u32::from(!is_in_reach(hit.t * 0.99));
+            } else {
+                // Behind the origin, where the line meets the triangle.
+                let back = Ray { direction: -direction, ..ray };
+                if intersect_triangle(&back, corners).is_some_and(|hit| hit.t > 1e-4 * size) {
+                    refused += u32::from(!is_in_reach(f32::INFINITY));
+                    kept += u32::from(is_in_reach(f32::INFINITY));
+                }
+            }
+        }
+        assert!(taken > 15_000 && refused > 20_000 && kept < refused / 4, "{taken} {refused} {kept}");
+    }
+}

@@ -16,8 +16,8 @@ type Columns<const N: usize, T = f32> = [[T; RUN]; N];
 #[derive(Default)]
 #[repr(C, align(64))]
 pub(super) struct Ready {
-    pub(super) origin: Columns<3>,
-    pub(super) direction: Columns<3>,
+    origin: Columns<3>,
+    direction: Columns<3>,
     inverse: Columns<3>,
     near: Columns<3>,
     far: Columns<3>,
