@@ -238,10 +238,12 @@ impl<'a> Renderer<'a> {
         sum
     }
 
-    /// Forgets the counts and times of all passes so far, as after a warm-up.
+    /// Forgets the counts and times of all passes so far, and what the queues looked like, as after a warm-up.
     pub fn restart_stats(&mut self) {
-        for batch in &mut self.batches {
-            batch.recorder.stats = Stats::new(self.context.scene.settings.max_depth);
+        let max_depth = self.context.scene.settings.max_depth;
+        for Batch { recorder, .. } in &mut self.batches {
+            recorder.stats = Stats::new(max_depth);
+            recorder.survey = recorder.survey.as_ref().map(|_| Survey::new(max_depth));
         }
     }
 

@@ -33,7 +33,7 @@ impl Traffic {
 const SEGMENT: u64 = 24;
 
 /// What a stage moved on behalf of the rays of a depth and queue. Shading stages share what all of them sent on in proportion to
-/// their hits.
+/// their hits, to the byte: over all of them, the traffic of parts of a render adds up to that of the whole.
 pub fn traffic(stage: Stage, counts: &Counts, sort: SortKey) -> Traffic {
     let [ray, hit, surface, sample] = [
         PathRayColumns::BYTES_PER_ROW,
@@ -80,8 +80,9 @@ pub fn traffic(stage: Stage, counts: &Counts, sort: SortKey) -> Traffic {
         _ => {
             let shaded: u64 = SHADING.iter().map(|&stage| counts.stages[stage as usize]).sum();
             let sent = (counts.reflections + counts.transmissions) * ray + counts.shadow_rays * shadow;
-            let share = rows as f64 / shaded.max(1) as f64;
-            Traffic { read: rows * (surface + ray), written: (sent as f64 * share) as u64 }
+            let before: u64 = SHADING.iter().take_while(|&&of| of != stage).map(|&of| counts.stages[of as usize]).sum();
+            let up_to = |rows: u64| (u128::from(sent) * u128::from(rows) / u128::from(shaded.max(1))) as u64;
+            Traffic { read: rows * (surface + ray), written: up_to(before + rows) - up_to(before) }
         }
     }
 }

@@ -184,11 +184,11 @@ fn check(session: &Session) -> Result<(), SessionError> {
     session.render(RenderOptions { threads: 1, ..RenderOptions::default() }).map(|_: Render<'_>| ())
 }
 
-/// Blocks of all experiments, and the counting runs.
+/// Blocks of all experiments, and the runs that count.
 fn steps(study: &Study, subjects: &[study::Subject]) -> u64 {
     let if_many = |number: u64| if number > 1 { number * u64::from(study.rounds) } else { 0 };
     let (policies, sets) = (subjects.len() as u64, study.parameters.len() as u64);
-    let counting_and_blocks = policies + 1 + policies * u64::from(study.policy_rounds());
+    let counting_and_blocks = policies + 2 + policies * u64::from(study.policy_rounds());
     let builds = if_many(study::ways(subjects).len() as u64);
     study.scenes.len() as u64 * (sets * (counting_and_blocks + builds) + if_many(sets))
 }

@@ -9,6 +9,9 @@ use std::{fs, io};
 
 use brewster::film::{FilmError, LinearImage, PngSettings, write_atomically, write_png};
 
+use serde::Serialize;
+use serde_json::{Value, json};
+
 use super::counters::Counted;
 use super::measure::{Block, Clock};
 use super::record::{Experiment, QueueRow, Results, StageRow};
@@ -63,8 +66,8 @@ impl Folder {
 
     /// Writes everything that was measured so far, and the report of it.
     pub(crate) fn write_results(&self, results: &Results) -> Result<(), FilmError> {
-        let json = serde_json::to_string(results).expect("plain values have a text");
-        self.write("results.json", &(json + "\n"))?;
+        self.write_json("results.json", results)?;
+        self.write_json("samples.json", &samples(results))?;
         for (name, table) in tables(results) {
             self.write(name, &table)?;
         }
@@ -73,6 +76,11 @@ impl Folder {
             self.write(&format!("charts/{}.svg", slug(&chart.name)), &chart.diagram.svg())?;
         }
         self.write("report.html", &report::html(results, &charts))
+    }
+
+    fn write_json(&self, name: &str, value: &impl Serialize) -> Result<(), FilmError> {
+        let json = serde_json::to_string(value).expect("plain values have a text");
+        self.write(name, &(json + "\n"))
     }
 
     fn write(&self, name: &str, text: &str) -> Result<(), FilmError> {
@@ -130,20 +138,34 @@ pub(crate) fn commit() -> Option<String> {
     Some(commit + mark)
 }
 
+/// What the baselines did sample by sample.
+fn samples(results: &Results) -> Value {
+    let of = |experiment: &Experiment| {
+        let Experiment { scene, parameters, samples_apart, .. } = experiment;
+        json!({ "scene": scene, "parameters": parameters, "samples": samples_apart })
+    };
+    let experiments: Vec<Value> = results.experiments.iter().map(of).collect();
+    let Results { version, program, name, commit, .. } = results;
+    json!({ "version": version, "program": program, "name": name, "commit": commit, "experiments": experiments })
+}
+
+/// The columns of what stages did.
+const STAGES: &str =
+    "depth,queue,stage,rays,calls,occupancy,seconds,bytes_read,bytes_written,operations,gigaoperations_per_second,roof";
+
+/// The columns of what queues looked like.
+const QUEUES: &str = "depth,queue,rays,taken,octant_run,material_run,nodes,instances,primitives,lengths,shadow_rays,shadow_nodes,shadow_instances,shadow_primitives";
+
 /// Comma-separated tables; each begins with a row of names.
-fn tables(results: &Results) -> [(&'static str, String); 8] {
+fn tables(results: &Results) -> [(&'static str, String); 10] {
     let experiments = || results.experiments.iter();
     let policies =
         || experiments().flat_map(|experiment| experiment.policies.iter().map(move |policy| (experiment, policy)));
     let mut rates = Table::new(
         "scene,parameters,policy,settings,mrays_per_second,clock,speedup,low,high,verdict,wall_speedup,wall_low,wall_high,queue_bytes",
     );
-    let mut stages = Table::new(
-        "scene,parameters,policy,depth,queue,stage,rays,calls,occupancy,seconds,bytes_read,bytes_written,operations,gigaoperations_per_second,roof",
-    );
-    let mut queues = Table::new(
-        "scene,parameters,policy,depth,queue,rays,taken,octant_run,material_run,nodes,instances,primitives,lengths,shadow_rays,shadow_nodes,shadow_instances,shadow_primitives",
-    );
+    let mut stages = Table::new(&format!("scene,parameters,policy,{STAGES}"));
+    let mut queues = Table::new(&format!("scene,parameters,policy,{QUEUES}"));
     let mut counters = Table::new("scene,parameters,policy,counter,count,count_per_ray");
     for (experiment, policy) in policies() {
         let names = [&experiment.scene, &experiment.parameters, &policy.name].map(|name| quoted(name)).join(",");
@@ -154,20 +176,16 @@ fn tables(results: &Results) -> [(&'static str, String); 8] {
         for Counted { name, count } in &policy.counted {
             counters.row(&[&names, name, count, &(*count as f64 / experiment.rays.max(1) as f64)]);
         }
-        for row in &policy.stages {
-            let StageRow { depth, queue, stage, rays, calls, occupancy, seconds, .. } = row;
-            let work = [row.read, row.written, row.operations].map(|number| number.to_string()).join(",");
-            stages.row(&[&names, depth, queue, stage, rays, calls, occupancy, seconds, &work, &row.rate, &row.roof]);
-        }
-        for row in &policy.queues {
-            let lengths: Vec<String> = row.lengths.iter().map(u64::to_string).collect();
-            let QueueRow { depth, queue, rays, taken, octant_run, material_run, shadow_rays, .. } = row;
-            let visits = [row.nodes, row.instances, row.primitives].map(|number| number.to_string()).join(",");
-            let shadows = [row.shadow_nodes, row.shadow_instances, row.shadow_primitives];
-            let shadows = shadows.map(|number| number.to_string()).join(",");
-            let runs = [octant_run, material_run].map(|number| number.to_string()).join(",");
-            queues.row(&[&names, depth, queue, rays, taken, &runs, &visits, &lengths.join(" "), shadow_rays, &shadows]);
-        }
+        policy.stages.iter().for_each(|row| stages.stage(&names, row));
+        policy.queues.iter().for_each(|row| queues.queue(&names, row));
+    }
+    let mut sample_stages = Table::new(&format!("scene,parameters,sample,samples,{STAGES}"));
+    let mut sample_queues = Table::new(&format!("scene,parameters,sample,samples,{QUEUES}"));
+    for (experiment, record) in experiments().flat_map(|of| of.samples_apart.iter().map(move |record| (of, record))) {
+        let names = [&experiment.scene, &experiment.parameters].map(|name| quoted(name)).join(",");
+        let names = format!("{names},{},{}", record.sample, record.samples);
+        record.stages.iter().for_each(|row| sample_stages.stage(&names, row));
+        record.queues.iter().for_each(|row| sample_queues.queue(&names, row));
     }
     [
         ("experiments.csv", experiments_table(results).0),
@@ -175,6 +193,8 @@ fn tables(results: &Results) -> [(&'static str, String); 8] {
         ("policies.csv", rates.0),
         ("stages.csv", stages.0),
         ("queues.csv", queues.0),
+        ("sample-stages.csv", sample_stages.0),
+        ("sample-queues.csv", sample_queues.0),
         ("counters.csv", counters.0),
         ("builds.csv", builds(results).0),
         ("parameters.csv", parameters(results).0),
@@ -266,6 +286,24 @@ impl Table {
             write!(self.0, "{comma}{cell}").expect("a string takes all that is written");
         }
         self.0.push('\n');
+    }
+
+    /// A row of [`STAGES`], behind cells of one's own.
+    fn stage(&mut self, names: &str, row: &StageRow) {
+        let StageRow { depth, queue, stage, rays, calls, occupancy, seconds, .. } = row;
+        let work = [row.read, row.written, row.operations].map(|number| number.to_string()).join(",");
+        self.row(&[&names, depth, queue, stage, rays, calls, occupancy, seconds, &work, &row.rate, &row.roof]);
+    }
+
+    /// A row of [`QUEUES`], likewise.
+    fn queue(&mut self, names: &str, row: &QueueRow) {
+        let lengths: Vec<String> = row.lengths.iter().map(u64::to_string).collect();
+        let QueueRow { depth, queue, rays, taken, octant_run, material_run, shadow_rays, .. } = row;
+        let visits = [row.nodes, row.instances, row.primitives].map(|number| number.to_string()).join(",");
+        let shadows = [row.shadow_nodes, row.shadow_instances, row.shadow_primitives];
+        let shadows = shadows.map(|number| number.to_string()).join(",");
+        let runs = [octant_run, material_run].map(|number| number.to_string()).join(",");
+        self.row(&[&names, depth, queue, rays, taken, &runs, &visits, &lengths.join(" "), shadow_rays, &shadows]);
     }
 }
 

@@ -1,7 +1,7 @@
 //! Throughput studies: which way of scheduling is faster, measured fairly, with the evidence kept.
 //!
 //! [`run`] renders scenes by every policy in turn ([`measure`]) and checks every picture; [`statistics`] says what is more than noise;
-//! [`record`] is what is kept of it, [`files`] writes it down, and [`report`] draws it.
+//! [`samples`] counts sample by sample, [`record`] is what is kept of it all, [`files`] writes it down, and [`report`] draws it.
 
 mod counters;
 mod files;
@@ -12,6 +12,7 @@ mod record;
 mod report;
 mod rows;
 mod run;
+mod samples;
 mod statistics;
 mod subject;
 mod trees;

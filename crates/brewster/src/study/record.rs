@@ -69,6 +69,20 @@ pub(crate) struct Experiment {
     pub builds: Vec<BuildResult>,
     /// The baseline first.
     pub policies: Vec<PolicyResult>,
+    /// The baseline sample by sample, in a file of its own.
+    #[serde(skip)]
+    pub samples_apart: Vec<SampleRecord>,
+}
+
+/// What the baseline did for one sample of every pixel, or for a few where there are very many.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct SampleRecord {
+    /// The number of the sample, or of the first one.
+    pub sample: u32,
+    /// How many they are.
+    pub samples: u32,
+    pub stages: Vec<StageRow>,
+    pub queues: Vec<QueueRow>,
 }
 
 /// What a policy did.

@@ -1,10 +1,10 @@
 //! From what benches counted and timed to the rows of a study's results.
 
-use brewster::wavefront::Stage;
 use brewster::wavefront::arithmetic::operations;
 use brewster::wavefront::queues::RaySource;
 use brewster::wavefront::survey::{LANES, Survey};
 use brewster::wavefront::traffic::traffic;
+use brewster::wavefront::{Stage, Stats};
 
 use super::machine::Machine;
 use super::measure::{Block, Clock};
@@ -44,7 +44,7 @@ pub(crate) fn policy_results(
             verdict: speedup.zip(control).map(|(speedup, control)| Verdict::of(&speedup, control, is_trusted)),
             wall_speedup: if place > 0 && clock != Clock::Wall { of_blocks(Clock::Wall) } else { None },
             counted: bench.counted.clone(),
-            stages: stage_rows(bench, machine),
+            stages: stage_rows(bench.subject, (&bench.stats, &bench.survey), (&bench.times, bench.runs), machine),
             queues: queue_rows(&bench.survey),
         }
     };
@@ -57,23 +57,30 @@ pub(crate) fn speedup(blocks: &[Block], clock: Clock, intervals: usize) -> Optio
     Estimate::of(&speedups, intervals)
 }
 
-fn stage_rows(bench: &Bench<'_>, machine: &Machine) -> Vec<StageRow> {
-    let bandwidth = machine.bandwidth_at(bench.stats.queue_bytes);
+/// What stages did, from what was counted and from the times of some runs without a survey.
+pub(crate) fn stage_rows(
+    subject: &Subject,
+    (stats, survey): (&Stats, &Survey),
+    (times, runs): (&Stats, u32),
+    machine: &Machine,
+) -> Vec<StageRow> {
+    let bandwidth = machine.bandwidth_at(stats.queue_bytes);
     let mut rows = Vec::new();
-    for (depth, at) in bench.stats.depths.iter().enumerate() {
+    for (depth, at) in stats.depths.iter().enumerate() {
         for (source, stage) in RaySource::ALL.into_iter().flat_map(|source| Stage::ALL.map(|stage| (source, stage))) {
             let counts = &at.counts[source as usize];
-            let calls = bench.survey.depths[depth][source as usize].stages[stage as usize];
+            let surveyed = &survey.depths[depth][source as usize];
+            let calls = surveyed.stages[stage as usize];
             let rays = counts.stages[stage as usize];
             // Without queues no stage is called.
             if calls.calls == 0 {
                 continue;
             }
-            let sort = bench.subject.policy.sort;
+            let sort = subject.policy.sort;
             let moved = traffic(stage, counts, sort);
-            let time = bench.times.depths[depth].times[source as usize][stage as usize];
-            let seconds = time.as_secs_f64() / f64::from(bench.runs.max(1));
-            let operations = operations(stage, counts, &bench.survey.depths[depth][source as usize], sort);
+            let time = times.depths[depth].times[source as usize][stage as usize];
+            let seconds = time.as_secs_f64() / f64::from(runs.max(1));
+            let operations = operations(stage, counts, surveyed, sort);
             let intensity = operations as f64 / moved.total().max(1) as f64;
             rows.push(StageRow {
                 depth,
@@ -94,7 +101,8 @@ fn stage_rows(bench: &Bench<'_>, machine: &Machine) -> Vec<StageRow> {
     rows
 }
 
-fn queue_rows(survey: &Survey) -> Vec<QueueRow> {
+/// What queues looked like.
+pub(crate) fn queue_rows(survey: &Survey) -> Vec<QueueRow> {
     let mut rows = Vec::new();
     for (depth, at) in survey.depths.iter().enumerate() {
         for (seen, source) in at.iter().zip(RaySource::ALL).filter(|(seen, _)| seen.rays > 0) {

@@ -1,7 +1,7 @@
 //! Runs a study: loads its scenes, renders them in turn, and checks every picture.
 
 use brewster::buffers::{Integrator, SceneBuffers};
-use brewster::film::{Film, LinearImage, PixelOrder};
+use brewster::film::{Film, Keep, LinearImage, PixelOrder};
 use brewster::import::study::{self, Study};
 use brewster::wavefront::queues::RaySource;
 use brewster::wavefront::stats::DepthStats;
@@ -16,6 +16,7 @@ use super::machine::Machine;
 use super::measure::{Block, Clock, Side, Took, in_turn};
 use super::record::Experiment;
 use super::rows::{overhead, policy_results, speedup};
+use super::samples::samples_apart;
 use super::statistics::are_enough;
 use super::subject::{Subject, intervals};
 use super::trees::{Variants, builds};
@@ -53,10 +54,17 @@ pub(crate) fn scene_name(scene: &Path) -> String {
 /// Renders one picture; also what that took.
 pub(crate) fn render(renderer: &mut Renderer<'_>, buffers: &SceneBuffers) -> Result<(Film, Took), Failure> {
     let settings = &buffers.settings;
-    let mut film = Film::new(PixelOrder::new(settings.resolution.x, settings.resolution.y, None)?);
+    let mut film = empty_film(buffers)?;
     let pass = || Ok::<_, Failure>(renderer.pass(0..settings.samples, &mut film, &Control::default()));
     let (_, took) = Took::by(pass)?;
     Ok((film, took))
+}
+
+/// A film for a scene, with the squares that a noise threshold needs.
+pub(crate) fn empty_film(buffers: &SceneBuffers) -> Result<Film, Failure> {
+    let settings = &buffers.settings;
+    let order = PixelOrder::new(settings.resolution.x, settings.resolution.y, None)?;
+    Ok(Film::keeping(order, Keep { squares: settings.noise_threshold.is_some(), ..Keep::default() }))
 }
 
 pub(crate) fn renderer<'b>(
@@ -140,6 +148,12 @@ pub(crate) fn experiment(
         (watch.step)(format!("{scene}: counting, {}", subject.name));
         benches.push(bench(&scene, subject, variants.of(subject), &mut expected)?);
     }
+    let samples_apart = match (&expected, subjects.first()) {
+        (Some(expected), Some(baseline)) => {
+            samples_apart(&scene, (baseline, variants.of(baseline)), expected, machine, watch)?
+        }
+        _ => Vec::new(),
+    };
     let counted = benches.len() == subjects.len() + 1;
     let rounds = if counted { study.policy_rounds() } else { 0 };
     let blocks = in_turn(benches.len(), rounds, watch.stop, |place, round| {
@@ -172,12 +186,13 @@ pub(crate) fn experiment(
         overhead: overhead(&policies, machine),
         builds,
         policies,
+        samples_apart,
     };
     Ok((experiment, film.map(|film| film.resolve().image())))
 }
 
 /// The film that every run has to give, and what happened to the rays of each depth.
-type Expected = (Film, Vec<Counts>);
+pub(crate) type Expected = (Film, Vec<Counts>);
 
 /// Makes ready to measure a subject: counts, and checks the counts and the picture.
 fn bench<'b>(
@@ -209,7 +224,7 @@ fn integrator(integrator: Integrator) -> String {
     format!("{integrator:?}")
 }
 
-fn check_picture(scene: &str, subject: &Subject, expected: &Film, found: &Film) -> Result<(), Failure> {
+pub(crate) fn check_picture(scene: &str, subject: &Subject, expected: &Film, found: &Film) -> Result<(), Failure> {
     if expected == found {
         return Ok(());
     }
@@ -267,10 +282,12 @@ pub(crate) fn conserve(stats: &Stats) -> Result<(), String> {
 #[cfg(test)]
 mod tests {
     use std::cell::Cell;
+    use std::collections::BTreeMap;
 
     use brewster::import::study::load_study_text;
 
     use super::*;
+    use crate::study::record::{SampleRecord, StageRow};
     use crate::study::subjects;
 
     const SCENE: &str = r#"Scene(
@@ -356,6 +373,39 @@ mod tests {
         assert!(found.builds.iter().all(|build| build.blocks.len() == 2 && build.bytes > 0));
     }
 
+    /// Rays, bytes read and operations of each depth, queue and stage, and bytes written of each depth and queue.
+    fn work(rows: &[StageRow]) -> BTreeMap<(usize, &'static str, &'static str), [u64; 3]> {
+        let mut sums = BTreeMap::new();
+        for row in rows {
+            let mut add = |stage, numbers: [u64; 3]| {
+                let sum: &mut [u64; 3] = sums.entry((row.depth, row.queue, stage)).or_default();
+                sum.iter_mut().zip(numbers).for_each(|(sum, number)| *sum += number);
+            };
+            add(row.stage, [row.rays, row.read, row.operations]);
+            add("all", [row.written, 0, 0]);
+        }
+        sums
+    }
+
+    #[test]
+    fn single_samples_add_up_to_all_on_any_threads_in_any_batches() {
+        let [plain, threads] = [0, 1].map(|place| run(&policies()[place..=place], &|| false).expect("nothing fails"));
+        for found in [&plain, &threads] {
+            let samples: Vec<_> = found.samples_apart.iter().map(|record| (record.sample, record.samples)).collect();
+            assert_eq!(samples, [(0, 1), (1, 1)]);
+            let rows: Vec<StageRow> = found.samples_apart.iter().flat_map(|record| record.stages.clone()).collect();
+            assert_eq!(work(&rows), work(&found.policies[0].stages), "{}", found.policies[0].name);
+        }
+        for (one, other) in plain.samples_apart.iter().zip(&threads.samples_apart) {
+            assert_eq!(work(&one.stages), work(&other.stages), "sample {}", one.sample);
+            assert!(one.stages.iter().all(|row| row.seconds > 0.0));
+            let rays = |record: &SampleRecord| {
+                record.queues.iter().map(|row| (row.depth, row.queue, row.rays)).collect::<Vec<_>>()
+            };
+            assert_eq!(rays(one), rays(other), "sample {}", one.sample);
+        }
+    }
+
     #[test]
     fn a_policy_that_changes_a_bit_fails_the_study_by_name() {
         let mut subjects = policies();
@@ -368,17 +418,17 @@ mod tests {
         }
     }
 
-    /// Five counting runs, of which one is the control's, then four blocks a round, the first of which is the control's.
+    /// Five counting runs, of which one is the control's, a run of two samples, then four blocks a round, the first of which is the control's.
     #[test]
     fn a_stop_keeps_whole_rounds() {
         let asked = Cell::new(0);
         let stop = || {
             asked.set(asked.get() + 1);
-            asked.get() > 5 + 4 + 2
+            asked.get() > 5 + 3 + 4 + 2
         };
         let found = run(&policies(), &stop).expect("a stop is no failure");
         assert_eq!(found.rounds, 1);
-        asked.set(9);
+        asked.set(12);
         let found = run(&policies(), &stop).expect("as above");
         assert_eq!((found.rounds, found.control), (0, None));
     }

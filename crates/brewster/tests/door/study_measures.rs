@@ -56,6 +56,8 @@ fn a_study_leaves_everything_in_its_folder() {
         ("policies.csv", 14),
         ("queues.csv", 17),
         ("stages.csv", 15),
+        ("sample-queues.csv", 18),
+        ("sample-stages.csv", 16),
         ("parameters.csv", 9),
         ("counters.csv", 6),
         ("builds.csv", 9),
@@ -67,6 +69,8 @@ fn a_study_leaves_everything_in_its_folder() {
     let stages = file("stages.csv");
     let rows: Vec<&str> = stages.lines().filter(|line| line.contains(",shallow,plain,")).collect();
     assert!(!rows.is_empty() && rows.iter().all(|row| row.split(',').count() == 15), "{rows:?}");
+    let samples = desk.json(&format!("{folder}/samples.json"));
+    assert_eq!((&samples["version"], &samples["experiments"][1]["samples"][1]["sample"]), (&2.into(), &1.into()));
     let report = file("report.html");
     assert!(report.contains("Which queue goes &lt;first&gt;?</p>") && !report.contains("http"), "the report");
     for chart in ["policies", "batches", "time-per-bounce", "queues", "queue-lengths", "roofline"] {
