@@ -10,8 +10,9 @@ use brewster_lanes::Level;
 use brewster_wavefront::queues::RaySource;
 use brewster_wavefront::stats::DepthStats;
 use brewster_wavefront::{Control, Executor, Policy, QueueOrder, Renderer, SortKey, Stats};
+use glam::UVec2;
 
-use crate::scene::{SCENES, counts, film, load, render_with, small_reference};
+use crate::scene::{SCENES, counts, film, load, load_file, render_with, small_reference};
 
 const SAMPLES: u32 = 4;
 
@@ -22,6 +23,13 @@ fn scene(name: &str) -> SceneBuffers {
     let mut scene = load(name);
     scene.settings.samples = SAMPLES;
     scene.settings.resolution /= 2;
+    scene
+}
+
+/// The scene with obvhs's trees beside its own.
+fn with_obvhs(mut scene: SceneBuffers) -> SceneBuffers {
+    let eye = scene.cameras[0].position.abs().max_element();
+    scene.trees.obvhs = Some(Arc::new(ObvhsTrees::build(&scene.geometry(), eye)));
     scene
 }
 
@@ -91,11 +99,6 @@ fn in_any_order_on_every_instruction_set() {
         (QueueOrder::Merged, SortKey::None, Kernel::Packets, 4096),
         (QueueOrder::ReflectionFirst, SortKey::None, Kernel::Obvhs, 4096),
     ];
-    let with_obvhs = |mut scene: SceneBuffers| {
-        let eye = scene.cameras[0].position.abs().max_element();
-        scene.trees.obvhs = Some(Arc::new(ObvhsTrees::build(&scene.geometry(), eye)));
-        scene
-    };
     let mut policies = Vec::new();
     for level in Level::available() {
         policies.extend(cases.map(|(order, sort, kernel, capacity)| Policy {
@@ -114,6 +117,25 @@ fn in_any_order_on_every_instruction_set() {
     for name in PATHS {
         check(name, &with_obvhs(small_reference(name)), policies.iter().copied());
     }
+}
+
+/// obvhs's trees lead to the same hits on every scene of the gallery, as it is but for its size.
+#[test]
+fn by_another_traversal_on_the_whole_gallery() {
+    let mut names = Vec::new();
+    for entry in std::fs::read_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/../scenes")).expect("the gallery") {
+        let path = entry.expect("it can be read").path();
+        if path.extension().is_none_or(|extension| extension != "ron") {
+            continue;
+        }
+        let mut scene = load_file(&path);
+        scene.settings.samples = 1;
+        scene.settings.resolution = UVec2::new(24, 16);
+        let name = path.file_stem().expect("a name").to_string_lossy().into_owned();
+        check(&name, &with_obvhs(scene), [Policy { kernel: Kernel::Obvhs, ..Policy::default() }]);
+        names.push(name);
+    }
+    assert!(names.len() >= 25, "{names:?}");
 }
 
 /// Path after path, ray by ray: neither queues nor the traversal of many rays have a say in what is found.

@@ -28,8 +28,12 @@ pub(crate) const SCENES: [&str; 12] = [
 
 /// The columns of a scene in `tests/scenes`, by its name.
 pub(crate) fn load(name: &str) -> SceneBuffers {
-    let path = folder().join(name).with_extension("ron");
-    read(&path, &std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display())))
+    load_file(&folder().join(name).with_extension("ron"))
+}
+
+/// The columns of a scene in a file.
+pub(crate) fn load_file(path: &Path) -> SceneBuffers {
+    read(path, &std::fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display())))
 }
 
 /// The columns of a scene that is written in a test; its files are in `tests/scenes`.
