@@ -15,6 +15,13 @@ const VIOLET: Ink = Ink(0x6f, 0x4f, 0xa8);
 const PINK: Ink = Ink(0xb4, 0x50, 0x8c);
 const BROWN: Ink = Ink(0x8a, 0x67, 0x2a);
 
+/// Of a page: words on it, of 14, can be read on a phone that shows its whole width.
+const WIDTH: u32 = 560;
+/// The right edge of frames.
+const RIGHT: f32 = 536.0;
+/// The left edge of frames with names of rows beside them.
+const NAMED: f32 = 186.0;
+
 /// Stages that are drawn as one, with their color.
 pub(super) const GROUPS: [(&str, Ink, &[&str]); 9] = [
     ("generate", GRAY, &["generate"]),
@@ -93,7 +100,7 @@ fn forest(name: &str, rows: &[(&str, Estimate, Option<Verdict>)], control: Optio
         return None;
     }
     let height = 34.0 * rows.len() as f32;
-    let mut page = Diagram::new([720, (height + 110.0) as u32]);
+    let mut page = Diagram::new([WIDTH, (height + 110.0) as u32]);
     let spread = (high / low).ln();
     let steps: &[f64] = match spread {
         spread if spread < 0.25 => &[0.8, 0.85, 0.9, 0.95, 1.0, 1.05, 1.1, 1.15, 1.2, 1.25],
@@ -104,7 +111,7 @@ fn forest(name: &str, rows: &[(&str, Estimate, Option<Verdict>)], control: Optio
     let ticks = steps.iter().filter(|&&step| (low..=high).contains(&step)).map(|&step| (step, format!("{step}")));
     let x = Axis { name: name.to_owned(), range: [low, high], is_log: true, ticks: ticks.collect() };
     let y = Axis { name: String::new(), range: [0.0, rows.len() as f64], is_log: false, ticks: Vec::new() };
-    let frame = Frame { edges: [220.0, 24.0, 696.0, 24.0 + height], x, y };
+    let frame = Frame { edges: [NAMED, 24.0, RIGHT, 24.0 + height], x, y };
     if let Some(control) = control {
         let [from, to] = [frame.place(control.low, 0.0), frame.place(control.high, rows.len() as f64)];
         page.block(from, [to[0].max(from[0] + 1.0), to[1]], BAND);
@@ -124,7 +131,7 @@ fn forest(name: &str, rows: &[(&str, Estimate, Option<Verdict>)], control: Optio
         let [low, middle, high] = [estimate.low, estimate.median, estimate.high].map(|x| frame.place(x, y));
         page.line(vec![low, high], Pen { ink, width: 3.0, dash: &[] });
         page.dot(middle, 5.5, ink);
-        page.word(shortened(name, 26), [210.0, middle[1] + 5.0], 14.0, Anchor::End, INK);
+        page.word(shortened(name, 22), [NAMED - 10.0, middle[1] + 5.0], 14.0, Anchor::End, INK);
     }
     Some(page)
 }
@@ -159,11 +166,11 @@ fn batches(experiment: &Experiment, results: &Results) -> Option<Diagram> {
     if points.len() < 3 {
         return None;
     }
-    let mut page = Diagram::new([720, 380]);
+    let mut page = Diagram::new([WIDTH, 380]);
     let ends = [first.batch as f64, last.batch as f64];
     let x = Axis::factors("rays in a batch", 2.0, ends, |rays| count(rays as u64));
     let most = points.iter().map(|(_, rate)| *rate).fold(0.0, f64::max);
-    let frame = Frame { edges: [64.0, 40.0, 696.0, 320.0], x, y: Axis::up_to("Mrays/s", most) };
+    let frame = Frame { edges: [64.0, 40.0, RIGHT, 320.0], x, y: Axis::up_to("Mrays/s", most) };
     frame.draw(&mut page);
     for cache in &results.machine.caches {
         if let Some(rays) =
@@ -203,10 +210,10 @@ fn time_per_bounce(baseline: &PolicyResult) -> Option<Diagram> {
         return None;
     }
     let height = 26.0 * bounces as f32;
-    let mut page = Diagram::new([720, (height + 160.0) as u32]);
+    let mut page = Diagram::new([WIDTH, (height + 160.0) as u32]);
     let ticks = (0..bounces).map(|depth| (bounces as f64 - depth as f64 - 0.5, depth.to_string())).collect();
     let y = Axis { name: "bounce".to_owned(), range: [0.0, bounces as f64], is_log: false, ticks };
-    let frame = Frame { edges: [64.0, 96.0, 696.0, 96.0 + height], x: Axis::up_to("ms a picture", most), y };
+    let frame = Frame { edges: [64.0, 96.0, RIGHT, 96.0 + height], x: Axis::up_to("ms a picture", most), y };
     frame.draw(&mut page);
     for (depth, stages) in times.iter().enumerate() {
         let (mut sum, middle) = (0.0, bounces as f64 - depth as f64 - 0.5);
@@ -220,10 +227,10 @@ fn time_per_bounce(baseline: &PolicyResult) -> Option<Diagram> {
     Some(page)
 }
 
-/// Colored names in rows of four at the top.
+/// Colored names in rows of three at the top.
 fn legend<'n>(page: &mut Diagram, entries: impl Iterator<Item = (&'n str, Ink)>) {
     for (place, (name, ink)) in entries.enumerate() {
-        let (x, y) = (24.0 + 172.0 * (place % 4) as f32, 12.0 + 22.0 * (place / 4) as f32);
+        let (x, y) = (24.0 + 178.0 * (place % 3) as f32, 12.0 + 22.0 * (place / 3) as f32);
         page.block([x, y - 6.0], [x + 12.0, y + 6.0], ink);
         page.word(name, [x + 18.0, y + 5.0], 14.0, Anchor::Start, INK);
     }
@@ -237,10 +244,10 @@ fn population(baseline: &PolicyResult) -> Option<Diagram> {
     let bounces = baseline.queues.iter().map(|row| row.depth + 1).max()?;
     let most = baseline.queues.iter().map(|row| row.rays).max()? as f64;
     let (unit, name) = if most >= 1e6 { (1e6, "million rays") } else { (1e3, "thousand rays") };
-    let mut page = Diagram::new([720, 380]);
+    let mut page = Diagram::new([WIDTH, 380]);
     let ticks = (0..bounces).map(|depth| (depth as f64 + 0.5, depth.to_string())).collect();
     let x = Axis { name: "bounce".to_owned(), range: [0.0, bounces as f64], is_log: false, ticks };
-    let frame = Frame { edges: [64.0, 66.0, 696.0, 320.0], x, y: Axis::up_to(name, most / unit) };
+    let frame = Frame { edges: [64.0, 66.0, RIGHT, 320.0], x, y: Axis::up_to(name, most / unit) };
     frame.draw(&mut page);
     for row in &baseline.queues {
         let Some(queue) = QUEUES.iter().position(|(name, _)| *name == row.queue) else { continue };
@@ -269,11 +276,11 @@ fn lengths(baseline: &PolicyResult) -> Option<Diagram> {
     });
     let most = shares.iter().flatten().fold(0.0f64, |most, &share| most.max(share));
     let first = (0..buckets).find(|&bucket| shares.iter().any(|shares| shares[bucket] > 0.0))?;
-    let mut page = Diagram::new([720, 380]);
+    let mut page = Diagram::new([WIDTH, 380]);
     let ticks = (first..buckets).map(|bucket| (bucket as f64 + 0.5, count(1 << bucket))).collect();
     let range = [first as f64, buckets as f64];
     let x = Axis { name: "rays in the queue, from this to twice as many".to_owned(), range, is_log: false, ticks };
-    let frame = Frame { edges: [64.0, 66.0, 696.0, 320.0], x, y: Axis::up_to("% of the times", most) };
+    let frame = Frame { edges: [64.0, 66.0, RIGHT, 320.0], x, y: Axis::up_to("% of the times", most) };
     frame.draw(&mut page);
     let used: Vec<usize> = (0..QUEUES.len()).filter(|&queue| shares[queue].iter().any(|share| *share > 0.0)).collect();
     let width = 0.84 / used.len() as f64;
@@ -323,8 +330,8 @@ fn roofline(baseline: &PolicyResult, results: &Results) -> Option<Diagram> {
     let up = [0.8 * up[0], up[1].max(2.0 * peak)];
     let x = Axis::factors("operations for a byte of queues", 10.0, across, |number| format!("{number}"));
     let y = Axis::factors("10^9 operations a second", 10.0, up, |rate| format!("{rate}"));
-    let mut page = Diagram::new([720, 500]);
-    let frame = Frame { edges: [64.0, 36.0, 696.0, 440.0], x, y };
+    let mut page = Diagram::new([WIDTH, 500]);
+    let frame = Frame { edges: [64.0, 36.0, RIGHT, 440.0], x, y };
     frame.draw(&mut page);
     let [left, right] = frame.x.range;
     let pen = Pen { ink: ORANGE, width: 1.6, dash: &[] };

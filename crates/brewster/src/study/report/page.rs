@@ -172,7 +172,8 @@ fn experiment_section(experiment: &Experiment, charts: &[Chart], machine: &Machi
     }
     section += "<h3>Policies</h3>\n";
     section += &figure(charts, &title, "policies");
-    let names = ["policy", "Mrays/s", "times as fast", "interval", "", "on the wall", "queues, KiB", "settings"];
+    let names =
+        ["policy", "Mrays/s", "times as fast", "interval", "", "on the wall", "queues, KiB", &words("settings")];
     section += &table(
         &names,
         experiment.policies.iter().map(|policy| {
@@ -353,7 +354,7 @@ fn quality_section(quality: &Quality, charts: &[Chart]) -> String {
     );
     section += &control(quality.control, quality.trusted);
     section += &figure(charts, &quality.scene, "efficiency");
-    let names = ["parameters", "seconds", "variance", "times as efficient", "interval", "", "z", "settings"];
+    let names = ["parameters", "seconds", "variance", "times as efficient", "interval", "", "z", &words("settings")];
     section += &table(
         &names,
         quality.parameters.iter().map(|set| {
