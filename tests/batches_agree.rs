@@ -1,6 +1,6 @@
 //! The same picture, bit for bit, and the same counts however work is scheduled: in batches of any size, with levels cut at any
-//! capacity, either queue first or both as one, rays sorted by any key or not, by every kernel on every instruction set, all samples
-//! in one pass or few at a time, and without any queue.
+//! capacity, either queue first or both as one, rays sorted by any key or not, escaped ones parted in either way, by every kernel on
+//! every instruction set, all samples in one pass or few at a time, and without any queue.
 
 use std::sync::Arc;
 
@@ -9,7 +9,7 @@ use brewster_geometry::{Kernel, ObvhsTrees};
 use brewster_lanes::Level;
 use brewster_wavefront::queues::RaySource;
 use brewster_wavefront::stats::DepthStats;
-use brewster_wavefront::{Control, Executor, Policy, QueueOrder, Renderer, SortKey, Stats};
+use brewster_wavefront::{Compaction, Control, Executor, Policy, QueueOrder, Renderer, SortKey, Stats};
 use glam::UVec2;
 
 use crate::scene::{SCENES, counts, film, load, load_file, render_with, small_reference};
@@ -110,6 +110,7 @@ fn in_any_order_on_every_instruction_set() {
             level,
             ..Policy::default()
         }));
+        policies.push(Policy { compaction: Compaction::Cursor, batch: 300, level, ..Policy::default() });
     }
     for name in ["colored_shadows", "fog", "nested", "principled", "shapes", "smooth", "moving", "moving_paths"] {
         check(name, &with_obvhs(scene(name)), policies.iter().copied());

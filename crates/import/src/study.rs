@@ -61,6 +61,8 @@ pub struct Policy {
     pub order: Order,
     /// How rays are taken through the trees.
     pub kernel: Kernel,
+    /// How escaped rays leave the queue of hits.
+    pub compaction: Compaction,
     /// How trees are built.
     pub tree: Tree,
     /// The instruction set; the best for `None`.
@@ -129,6 +131,13 @@ choices! {
         Wavefront,
         /// One at a time.
         Megakernel,
+    }
+    /// How escaped rays leave the queue of hits.
+    Compaction {
+        /// Row by row, at a branch.
+        Branch,
+        /// Ahead of the others, by a cursor.
+        Cursor,
     }
     /// How trees are built.
     Tree {
@@ -271,6 +280,7 @@ fn default_policy(span: Span) -> schema::Policy {
         sort: schema::Sort::None {},
         order: schema::Order::ReflectionFirst {},
         kernel: schema::Kernel::Packets {},
+        compaction: schema::Compaction::Branch {},
         tree: schema::Tree::Binned {},
         level: schema::Level::Best {},
         executor: schema::Executor::Wavefront {},
@@ -278,7 +288,8 @@ fn default_policy(span: Span) -> schema::Policy {
 }
 
 fn policy((name, policy): (String, schema::Policy)) -> Policy {
-    let schema::Policy { batch, capacity, threads, sort, order, kernel, tree, level, executor, .. } = policy;
+    let schema::Policy { batch, capacity, threads, sort, order, kernel, compaction, tree, level, executor, .. } =
+        policy;
     Policy {
         name,
         batch,
@@ -287,6 +298,7 @@ fn policy((name, policy): (String, schema::Policy)) -> Policy {
         sort: sort.into(),
         order: order.into(),
         kernel: kernel.into(),
+        compaction: compaction.into(),
         tree: tree.into(),
         level: match level {
             schema::Level::Best {} => None,

@@ -57,6 +57,6 @@ pub mod survey;
 pub mod tape;
 pub mod traffic;
 
-pub use policy::{Executor, Policy, QueueOrder, SortKey};
+pub use policy::{Compaction, Executor, Policy, QueueOrder, SortKey};
 pub use render::{Control, Renderer, Unsupported};
 pub use stats::{Counts, Span, Stage, Stats};

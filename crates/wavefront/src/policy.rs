@@ -16,6 +16,8 @@ pub struct Policy {
     pub sort: SortKey,
     /// How rays are taken through the trees.
     pub kernel: Kernel,
+    /// How escaped rays leave the queue of hits.
+    pub compaction: Compaction,
     /// The instruction set that kernels run on.
     pub level: Level,
     /// How paths are followed.
@@ -34,6 +36,7 @@ impl Default for Policy {
             order: QueueOrder::ReflectionFirst,
             sort: SortKey::None,
             kernel: Kernel::default(),
+            compaction: Compaction::Branch,
             level: Level::detect(),
             executor: Executor::Wavefront,
             ledger: false,
@@ -47,7 +50,7 @@ impl Default for Policy {
 pub enum Executor {
     /// A batch at a time, one bounce after the other, from queue to queue.
     Wavefront,
-    /// One path at a time to its end, ray by ray, without queues. Capacity, order and sort mean nothing then, and no stage is
+    /// One path at a time to its end, ray by ray, without queues. Capacity, order, sort and compaction mean nothing then, and no stage is
     /// timed by itself.
     Megakernel,
 }
@@ -76,4 +79,14 @@ pub enum SortKey {
     Morton,
     /// By octant, and within an octant along the curve.
     OctantMorton,
+}
+
+/// How `sort` parts rays that escaped from those that met something; either way they stay in order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Compaction {
+    /// Row by row, at a branch.
+    Branch,
+    /// A run of rows before the first of them is looked at closely: every row is written to both lists, and the cursor of one
+    /// goes on.
+    Cursor,
 }

@@ -302,7 +302,7 @@ mod tests {
     )"#;
 
     const POLICIES: &str = r#"policies: {
-        "plain": (), "threads": (threads: 2, batch: 64), "megakernel": (executor: Megakernel), "merged": (order: Merged, sort: OctantMorton, kernel: Obvhs, tree: Clustered),
+        "plain": (), "threads": (threads: 2, batch: 64), "megakernel": (executor: Megakernel), "merged": (order: Merged, sort: OctantMorton, kernel: Obvhs, compaction: Cursor, tree: Clustered),
     }"#;
 
     fn study(fields: &str) -> Study {

@@ -3,7 +3,7 @@
 use brewster::geometry::{self, TreeBuilder};
 use brewster::import::study::{self, Study};
 use brewster::lanes::Level;
-use brewster::wavefront::{Executor, Policy, QueueOrder, SortKey};
+use brewster::wavefront::{Compaction, Executor, Policy, QueueOrder, SortKey};
 
 use crate::commands::Failure;
 
@@ -52,6 +52,10 @@ impl Subject {
                     study::Kernel::Single => geometry::Kernel::Single,
                     study::Kernel::Obvhs => geometry::Kernel::Obvhs,
                 },
+                compaction: match policy.compaction {
+                    study::Compaction::Branch => Compaction::Branch,
+                    study::Compaction::Cursor => Compaction::Cursor,
+                },
                 level: Level::named(wanted).ok_or_else(missing)?,
                 executor: match policy.executor {
                     study::Executor::Wavefront => Executor::Wavefront,
@@ -77,8 +81,8 @@ impl Subject {
         new.join(", ")
     }
 
-    fn setting_list(&self) -> [String; 9] {
-        let Policy { batch, capacity, order, sort, kernel, level, executor, .. } = self.policy;
+    fn setting_list(&self) -> [String; 10] {
+        let Policy { batch, capacity, order, sort, kernel, compaction, level, executor, .. } = self.policy;
         [
             format!("{executor:?}"),
             format!("batch {batch}"),
@@ -87,6 +91,7 @@ impl Subject {
             format!("order {order:?}"),
             format!("sort {sort:?}"),
             format!("kernel {kernel:?}"),
+            format!("compaction {compaction:?}"),
             format!("trees {:?}", self.tree),
             level.name().to_owned(),
         ]

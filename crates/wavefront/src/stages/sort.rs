@@ -1,10 +1,13 @@
 //! Parts hits by kind of material, and those that escaped.
 
+use std::ops::Range;
+
 use brewster_buffers::{DetailId, MaterialKind, Mix, SeenPlace};
 use brewster_geometry::{Hit, HitsView, MISS, Ray, Rays, SurfacePoint, offset_origin, surfaces};
 
 use crate::context::Context;
 use crate::media::{MediaStacks, Medium};
+use crate::policy::Compaction;
 use crate::queues::{
     CoatedHits, Crossing, CrossingQueue, DielectricHits, EmissiveHits, Escaped, EscapedQueue, LambertHits, MetalHits,
     PathRay, PathRaysView, PhongHits, PrincipledHits, RoughDiffuseHits, SamplesView, Scattering, ScatteringQueue,
@@ -125,44 +128,46 @@ pub fn sort(
     sorted.clear(context.moves);
     let mut points = [SurfacePoint::default(); RUN];
     let mut times = [0.0; RUN];
-    for row in 0..rays.len() {
-        if row % RUN == 0 {
-            let run = row..rays.len().min(row + RUN);
-            let times = &mut times[..if context.moves { run.len() } else { 0 }];
-            for (time, &sample) in times.iter_mut().zip(&rays.sample[run.clone()]) {
-                *time = samples.time(context, sample);
-            }
-            let looking = Rays { time: times, ..rays.rays(&[]).slice(run.clone()) };
-            surfaces(context.policy.level, &context.geometry, looking, hits.slice(run), &mut points);
+    let mut rows = [0; RUN];
+    for start in (0..rays.len()).step_by(RUN) {
+        let run = start..rays.len().min(start + RUN);
+        let looking_at = &mut times[..if context.moves { run.len() } else { 0 }];
+        for (time, &sample) in looking_at.iter_mut().zip(&rays.sample[run.clone()]) {
+            *time = samples.time(context, sample);
         }
-        let stream = || samples.stream(&context.sampler, rays.sample[row], rays.branch[row]);
-        let found = (&hits.get(row), |_: &_| points[row % RUN]);
-        let arrived = (&rays.get(row), row as u32, times[row % RUN]);
-        let (kind, hit) = match arrive(context, arrived, found, depth, stream, stacks) {
-            Arrival::Nothing => {
-                sorted.escaped.push(Escaped { ray: row as u32 });
-                continue;
+        let looking = Rays { time: looking_at, ..rays.rays(&[]).slice(run.clone()) };
+        surfaces(context.policy.level, &context.geometry, looking, hits.slice(run.clone()), &mut points);
+        let listed = list(context.policy.compaction, hits, run, &mut rows, &mut sorted.escaped);
+        for row in listed.iter().map(|&row| row as usize) {
+            let stream = || samples.stream(&context.sampler, rays.sample[row], rays.branch[row]);
+            let found = (&hits.get(row), |_: &_| points[row % RUN]);
+            let arrived = (&rays.get(row), row as u32, times[row % RUN]);
+            let (kind, hit) = match arrive(context, arrived, found, depth, stream, stacks) {
+                Arrival::Nothing => {
+                    sorted.escaped.push(Escaped { ray: row as u32 });
+                    continue;
+                }
+                Arrival::NoBoundary(crossing) => {
+                    sorted.crossings.push(crossing);
+                    continue;
+                }
+                Arrival::Medium(scattering) => {
+                    sorted.scatterings.push(scattering);
+                    continue;
+                }
+                Arrival::Surface(kind, hit) => (kind, hit),
+            };
+            match kind {
+                MaterialKind::Phong => sorted.phong.push(hit),
+                MaterialKind::Lambert => sorted.lambert.push(hit),
+                MaterialKind::RoughDiffuse => sorted.rough_diffuse.push(hit),
+                MaterialKind::Metal => sorted.metal.push(hit),
+                MaterialKind::Dielectric => sorted.dielectric.push(hit),
+                MaterialKind::Emissive => sorted.emissive.push(hit),
+                MaterialKind::Principled => sorted.principled.push(hit),
+                MaterialKind::Coated => sorted.coated.push(hit),
+                MaterialKind::Mix => unreachable!("a hit is of one of the two"),
             }
-            Arrival::NoBoundary(crossing) => {
-                sorted.crossings.push(crossing);
-                continue;
-            }
-            Arrival::Medium(scattering) => {
-                sorted.scatterings.push(scattering);
-                continue;
-            }
-            Arrival::Surface(kind, hit) => (kind, hit),
-        };
-        match kind {
-            MaterialKind::Phong => sorted.phong.push(hit),
-            MaterialKind::Lambert => sorted.lambert.push(hit),
-            MaterialKind::RoughDiffuse => sorted.rough_diffuse.push(hit),
-            MaterialKind::Metal => sorted.metal.push(hit),
-            MaterialKind::Dielectric => sorted.dielectric.push(hit),
-            MaterialKind::Emissive => sorted.emissive.push(hit),
-            MaterialKind::Principled => sorted.principled.push(hit),
-            MaterialKind::Coated => sorted.coated.push(hit),
-            MaterialKind::Mix => unreachable!("a hit is of one of the two"),
         }
     }
     counts.escaped += sorted.escaped.len() as u64;
@@ -173,6 +178,28 @@ pub fn sort(
 
 /// Rays whose surfaces are found at once.
 const RUN: usize = 512;
+
+/// Lists the rows of a run that are looked at one by one: all of them, or those that did not escape, and then the others are queued.
+#[inline(always)]
+fn list<'r>(
+    compaction: Compaction,
+    hits: HitsView<'_>,
+    run: Range<usize>,
+    rows: &'r mut [u32; RUN],
+    escaped: &mut EscapedQueue,
+) -> &'r [u32] {
+    let (mut listed, mut gone, mut gone_rows) = (0, 0, [0; RUN]);
+    for row in run {
+        let hit = hits.get(row);
+        // No && here: it is a branch.
+        let is_gone = (compaction == Compaction::Cursor) & hit.is_miss() & (hit.primitive == MISS);
+        (rows[listed], gone_rows[gone]) = (row as u32, row as u32);
+        listed += usize::from(!is_gone);
+        gone += usize::from(is_gone);
+    }
+    gone_rows[..gone].iter().for_each(|&ray| escaped.push(Escaped { ray }));
+    &rows[..listed]
+}
 
 /// What a ray met.
 pub(crate) enum Arrival {

@@ -339,6 +339,7 @@ fn roofline(baseline: &PolicyResult, results: &Results) -> Option<Diagram> {
     page.line([ridge.min(right), right].map(|x| frame.place(x, peak)).to_vec(), pen);
     let [x, y] = frame.place(right, peak);
     page.word(format!("arithmetic, {peak:.0}"), [x - 8.0, y - 9.0], 13.0, Anchor::End, ORANGE);
+    let mut taken = Vec::new();
     for (place, (name, rate)) in levels.iter().enumerate() {
         let roof = |x: f64| frame.place(x, rate * x);
         // From where the chart begins, below or left, to the peak.
@@ -350,20 +351,25 @@ fn roofline(baseline: &PolicyResult, results: &Results) -> Option<Diagram> {
         // Names stand side by side, for the lines may be close to each other.
         let [from, to] = ends.map(f64::ln);
         let [x, y] = roof((from + (to - from) * (0.06 + 0.22 * place as f64)).exp());
-        page.word(format!("{name}, {rate:.0} GB/s"), [x - 6.0, y - 12.0], 13.0, Anchor::Start, ORANGE);
+        let name = format!("{name}, {rate:.0} GB/s");
+        taken.push([x - 6.0, y - 23.0, x - 6.0 + LETTER * name.len() as f32, y - 11.0]);
+        page.word(name, [x - 6.0, y - 12.0], 13.0, Anchor::Start, ORANGE);
     }
-    label(&mut page, &frame, &points);
+    label(&mut page, &frame, &points, taken);
     Some(page)
 }
 
-/// Dots with names that keep out of each other's way, as far as there is room.
-fn label(page: &mut Diagram, frame: &Frame, points: &[(&str, f64, f64)]) {
+/// About how wide a letter of 13 is.
+const LETTER: f32 = 7.4;
+
+/// Dots with names that keep out of each other's way, and of what else is taken, as far as there is room.
+fn label(page: &mut Diagram, frame: &Frame, points: &[(&str, f64, f64)], mut taken: Vec<[f32; 4]>) {
     let places: Vec<[f32; 2]> = points.iter().map(|(_, x, y)| frame.place(*x, *y)).collect();
-    let mut taken: Vec<[f32; 4]> = places.iter().map(|[x, y]| [x - 6.0, y - 6.0, x + 6.0, y + 6.0]).collect();
+    taken.extend(places.iter().map(|[x, y]| [x - 6.0, y - 6.0, x + 6.0, y + 6.0]));
     for ((name, _, _), [x, y]) in points.iter().zip(&places) {
-        let width = 7.4 * name.len() as f32;
+        let width = LETTER * name.len() as f32;
         let sides = [(x + 9.0, Anchor::Start), (x - 9.0, Anchor::End)];
-        let shifts = [0.0f32, -13.0, 13.0, -26.0, 26.0, -39.0, 39.0];
+        let shifts = [0.0f32, -13.0, 13.0, -26.0, 26.0, -39.0, 39.0, 52.0, 65.0];
         let mut options = shifts.iter().flat_map(|shift| sides.map(|(x, anchor)| (x, y + shift, anchor)));
         let extent = |(x, y, anchor): (f32, f32, Anchor)| {
             let left = if anchor == Anchor::Start { x } else { x - width };

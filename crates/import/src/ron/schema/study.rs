@@ -57,6 +57,8 @@ schema! {
         order: Order = "ReflectionFirst" => "Merged",
         /// How rays are taken through the trees.
         kernel: Kernel = "Packets" => "Single",
+        /// How escaped rays leave the queue of hits.
+        compaction: Compaction = "Branch" => "Cursor",
         /// How trees over triangles and instances are built.
         tree: Tree = "Binned" => "Clustered",
         /// The instruction set that kernels are compiled for; one that the machine lacks is an error.
@@ -101,6 +103,14 @@ schema! {
         Obvhs {},
     }
 
+    /// How escaped rays leave the queue of hits.
+    choice Compaction {
+        /// Row by row, at a branch.
+        Branch {},
+        /// Before the others are looked at: every row is written to both lists, and the cursor of one goes on.
+        Cursor {},
+    }
+
     /// How trees are built. The time that it takes is compared apart from that of pictures.
     choice Tree {
         /// From the top down, by the surfaces of bins.
@@ -113,7 +123,7 @@ schema! {
     choice Executor {
         /// A batch at a time, one bounce after the other, from queue to queue.
         Wavefront {},
-        /// One path at a time to its end, ray by ray, without queues: capacity, sort, order and kernel mean nothing then.
+        /// One path at a time to its end, ray by ray, without queues: capacity, sort, order, kernel and compaction mean nothing then.
         Megakernel {},
     }
 
