@@ -12,8 +12,8 @@ use glam::Vec3;
 use super::choice::{LightChoice, Source};
 use super::cone::Cone;
 use super::mesh::{Extent, MeshEmitter, extent_of_mesh};
+use super::node::LightBounds;
 use super::rectangle::Rectangle;
-use super::tree::LightBounds;
 use super::{Emitter, Emitters, Placing};
 use crate::{ColorSource, Emissive, Instance, LightKind, SceneBuffers, TextureId};
 
@@ -42,8 +42,8 @@ impl Emitters {
                 sources.push(source_of_light(scene, row));
             }
         }
-        let is_built = self.choice.sources() != sources;
-        emitters.choice = if is_built { LightChoice::new(sources) } else { self.choice };
+        let is_built = !self.choice.is_of(&sources);
+        emitters.choice = if is_built { LightChoice::new(&sources) } else { self.choice };
         (emitters, is_built)
     }
 
@@ -51,19 +51,12 @@ impl Emitters {
     /// their number and kinds as they were no other instance is looked at.
     pub fn follow(mut self, scene: &SceneBuffers, moved: &[u32]) -> (Emitters, bool) {
         let Some(sources) = self.moved(scene, moved) else { return self.update(scene) };
-        if sources.iter().all(|(number, source)| self.choice.sources()[*number] == *source) {
-            return (self, false);
-        }
-        let mut all = std::mem::take(&mut self.choice).into_sources();
-        for (number, source) in sources {
-            all[number] = source;
-        }
-        self.choice = LightChoice::new(all);
-        (self, true)
+        let is_changed = self.choice.follow(sources);
+        (self, is_changed)
     }
 
     /// Places rows anew. None where the rows of others would be others then.
-    fn moved(&mut self, scene: &SceneBuffers, moved: &[u32]) -> Option<Vec<(usize, Source)>> {
+    fn moved(&mut self, scene: &SceneBuffers, moved: &[u32]) -> Option<Vec<(u32, LightBounds)>> {
         let mut gathered = Gathered::new(scene, self.meshes.clone());
         let mut sources = Vec::new();
         for &row in moved {
@@ -87,7 +80,7 @@ impl Emitters {
                 _ => return None,
             }
             self.rows.set(number, emitter);
-            sources.push((number, Source::Near(bounds)));
+            sources.push((number as u32, bounds));
         }
         Some(sources)
     }

@@ -7,25 +7,51 @@
 use std::ops::Range;
 
 use brewster_geometry::Aabb;
+use glam::Vec3;
 use rayon::prelude::*;
 
-use super::tree::LightBounds;
+use super::node::LightBounds;
 
 /// A source's place on the curve: its cell, of 2²¹ along each axis, bits of x, y and z in turn; and its number.
 pub(super) type Place = (u64, u32);
 
-/// The places of sources, in the curve's order.
-pub(super) fn along_curve(sources: &[LightBounds]) -> Vec<Place> {
-    const CELLS: f32 = (1 << 21) as f32;
-    let around = Aabb::around(sources.iter().map(LightBounds::center));
-    let extent = (around.max - around.min).max_element().max(f32::MIN_POSITIVE);
-    let place = |(source, number): (&LightBounds, u32)| {
-        let cell = ((source.center() - around.min) / extent * CELLS).to_array().map(|x| x.min(CELLS - 1.0) as u64);
-        (spread(cell[0]) | spread(cell[1]) << 1 | spread(cell[2]) << 2, number)
-    };
-    let mut places: Vec<Place> = sources.par_iter().zip(0..sources.len() as u32).map(place).collect();
-    places.par_sort_unstable();
-    places
+/// The Z-order curve through a box.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Curve {
+    min: Vec3,
+    max: Vec3,
+}
+
+impl Curve {
+    /// Through the box around sources.
+    pub(super) fn through(sources: &[LightBounds]) -> Curve {
+        let Aabb { min, max } = Aabb::around(sources.iter().map(LightBounds::center));
+        Curve { min, max }
+    }
+
+    /// The cell of a place.
+    pub(super) fn cell(&self, center: Vec3) -> u64 {
+        const CELLS: f32 = (1 << 21) as f32;
+        let extent = (self.max - self.min).max_element().max(f32::MIN_POSITIVE);
+        let cell = ((center - self.min) / extent * CELLS).to_array().map(|x| x.min(CELLS - 1.0) as u64);
+        spread(cell[0]) | spread(cell[1]) << 1 | spread(cell[2]) << 2
+    }
+
+    /// The places of sources, in order.
+    pub(super) fn places(&self, sources: &[LightBounds]) -> Vec<Place> {
+        let places = sources.par_iter().zip(0..sources.len() as u32);
+        let mut places: Vec<Place> = places.map(|(source, number)| (self.cell(source.center()), number)).collect();
+        places.par_sort_unstable();
+        places
+    }
+
+    /// Whether the curve is the same after a source was moved.
+    pub(super) fn stays(&self, old: Vec3, new: Vec3) -> bool {
+        let Curve { min, max } = *self;
+        let [inside, within] = [old.cmpgt(min) & old.cmplt(max), new.cmpge(min) & new.cmple(max)];
+        // Where all are in a plane, it is the same as long as they stay there.
+        (old.cmpeq(new) | inside & within).all()
+    }
 }
 
 /// Cuts the curve into bundles of at most `most` sources.
@@ -67,8 +93,6 @@ fn spread(x: u64) -> u64 {
 mod tests {
     use std::f32::consts::FRAC_PI_2;
 
-    use glam::Vec3;
-
     use super::super::cone::Cone;
     use super::*;
 
@@ -82,7 +106,7 @@ mod tests {
     fn corners_are_counted_in_turn() {
         let corners = (0..8u32).map(|i| Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2) as f32));
         let sources: Vec<_> = corners.map(|corner| at(3.0 + corner * 5.0)).rev().collect();
-        let places = along_curve(&sources);
+        let places = Curve::through(&sources).places(&sources);
         assert_eq!(places.iter().map(|place| place.1).collect::<Vec<_>>(), [7, 6, 5, 4, 3, 2, 1, 0]);
         assert_eq!(middle(&places), 4);
         assert_eq!(bundles(&places, 2), [0..2, 2..4, 4..6, 6..8]);
@@ -92,7 +116,8 @@ mod tests {
     /// What is in one place is halved by number, and no division goes wrong.
     #[test]
     fn sources_in_one_place_are_parted() {
-        let places = along_curve(&vec![at(Vec3::splat(2.0)); 10]);
+        let sources = vec![at(Vec3::splat(2.0)); 10];
+        let places = Curve::through(&sources).places(&sources);
         assert_eq!(bundles(&places, 3), [0..2, 2..5, 5..7, 7..10]);
         assert_eq!(bundles(&places[..1], 1)[0], 0..1);
     }

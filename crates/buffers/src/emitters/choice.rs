@@ -2,7 +2,8 @@
 
 use glam::Vec3;
 
-use super::tree::{LightBounds, LightTree};
+use super::node::LightBounds;
+use super::tree::LightTree;
 use crate::Distribution;
 
 /// What a choice is made by.
@@ -18,47 +19,52 @@ pub(super) enum Source {
 /// time, by irradiance.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct LightChoice {
-    sources: Vec<Source>,
     tree: LightTree,
     /// The sources of the tree.
     near: Vec<u32>,
     by_irradiance: Option<Distribution>,
-    /// The sources beside it.
-    everywhere: Vec<u32>,
+    /// The sources beside it, with their irradiances.
+    everywhere: Vec<(u32, f64)>,
 }
 
 impl LightChoice {
     /// A choice of sources in the order of their numbers. What can be met by a ray comes first, so that its number is the same
     /// in the tree.
-    pub(super) fn new(sources: Vec<Source>) -> LightChoice {
+    pub(super) fn new(sources: &[Source]) -> LightChoice {
         let mut choice = LightChoice::default();
-        let (mut bounds, mut irradiances) = (Vec::new(), Vec::new());
-        for (number, source) in (0..).zip(&sources) {
+        let mut bounds = Vec::new();
+        for (number, source) in (0..).zip(sources) {
             match *source {
                 Source::Near(source) => {
                     choice.near.push(number);
                     bounds.push(source);
                 }
-                Source::Everywhere(irradiance) => {
-                    choice.everywhere.push(number);
-                    irradiances.push(irradiance);
-                }
+                Source::Everywhere(irradiance) => choice.everywhere.push((number, irradiance)),
             }
         }
-        choice.tree = LightTree::new(&bounds);
+        choice.tree = LightTree::new(bounds);
+        let irradiances: Vec<f64> = choice.everywhere.iter().map(|(_, irradiance)| *irradiance).collect();
         choice.by_irradiance = Distribution::new(&irradiances);
-        choice.sources = sources;
         choice
     }
 
-    /// What it was made of.
-    pub(super) fn sources(&self) -> &[Source] {
-        &self.sources
+    /// Whether it was made of these.
+    pub(super) fn is_of(&self, sources: &[Source]) -> bool {
+        let (mut near, mut everywhere) = (self.tree.sources().iter(), self.everywhere.iter());
+        sources.len() == self.near.len() + self.everywhere.len()
+            && sources.iter().zip(0..).all(|(source, number)| match source {
+                Source::Near(source) => near.next() == Some(source),
+                Source::Everywhere(irradiance) => everywhere.next() == Some(&(number, *irradiance)),
+            })
     }
 
-    /// What it was made of, for another.
-    pub(super) fn into_sources(self) -> Vec<Source> {
-        self.sources
+    /// Has it follow changed sources that a ray can meet, by their numbers: afterwards it equals a new one. Tells whether any of them is another than before.
+    pub(super) fn follow(&mut self, mut changed: Vec<(u32, LightBounds)>) -> bool {
+        changed.retain(|(number, source)| self.tree.sources()[*number as usize] != *source);
+        if !changed.is_empty() {
+            self.tree.follow(&changed);
+        }
+        !changed.is_empty()
     }
 
     /// The probability of asking the tree.
@@ -80,7 +86,7 @@ impl LightChoice {
             return Some((self.near[source as usize], chance * probability));
         }
         let choice = self.by_irradiance.as_ref()?.choose((u - chance) / (1.0 - chance));
-        Some((self.everywhere[choice.index as usize], (1.0 - chance) * choice.probability))
+        Some((self.everywhere[choice.index as usize].0, (1.0 - chance) * choice.probability))
     }
 
     /// The probability of choosing a source that a ray can meet.
