@@ -4,28 +4,16 @@ use std::path::Path;
 
 use brewster::film::Film;
 use brewster::{RenderOptions, Session};
+use brewster_random::Random;
 use brewster_wavefront::Control;
 
-/// SplitMix64.
-struct Random(u64);
+/// A multiple of 1/8 from -2 to 2.
+fn coordinate(random: &mut Random) -> f64 {
+    random.below(33) as f64 / 8.0 - 2.0
+}
 
-impl Random {
-    fn below(&mut self, bound: usize) -> usize {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut x = self.0;
-        x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((x ^ (x >> 31)) % bound as u64) as usize
-    }
-
-    /// A multiple of 1/8 from -2 to 2.
-    fn coordinate(&mut self) -> f64 {
-        self.below(33) as f64 / 8.0 - 2.0
-    }
-
-    fn one<'a>(&mut self, choices: &[&'a str]) -> &'a str {
-        choices[self.below(choices.len())]
-    }
+fn one<'a>(random: &mut Random, choices: &[&'a str]) -> &'a str {
+    choices[random.below(choices.len())]
 }
 
 const SHAPES: [&str; 8] = [
@@ -83,15 +71,15 @@ impl Draft {
     }
 
     fn entity(&self, name: usize, random: &mut Random) -> String {
-        let at = format!("({}, {}, {})", random.coordinate(), random.coordinate(), random.coordinate());
+        let at = format!("({}, {}, {})", coordinate(random), coordinate(random), coordinate(random));
         let what = match random.below(6) {
             0 => format!("light: Point(intensity: {})", 10 + random.below(20)),
             1 => format!("light: Spot(intensity: 30, outer_angle: {}), look_at: (0, 0, 0)", 20 + random.below(40)),
             _ => {
                 let material = random.below(self.materials.len());
-                let placed = random.one(&["", ", rotate: (x: 30, y: 50)", ", scale: (1, 0.5, 2)"]);
-                let copies = random.one(&["", "", ", instances: Grid(count: (2, 1, 2), spacing: (1, 0, 1))"]);
-                let body = format!("shape: {}, material: \"m{material}\"", random.one(&SHAPES));
+                let placed = one(random, &["", ", rotate: (x: 30, y: 50)", ", scale: (1, 0.5, 2)"]);
+                let copies = one(random, &["", "", ", instances: Grid(count: (2, 1, 2), spacing: (1, 0, 1))"]);
+                let body = format!("shape: {}, material: \"m{material}\"", one(random, &SHAPES));
                 if copies.is_empty() { body + placed } else { format!("children: [({body})]{placed}{copies}") }
             }
         };
@@ -107,7 +95,7 @@ impl Draft {
             4 => {
                 self.settings = format!("max_depth: {}, transparent_shadows: {}", random.below(5), random.below(2) == 1)
             }
-            5 => self.camera = format!("({}, 1, 7)", random.coordinate()),
+            5 => self.camera = format!("({}, 1, 7)", coordinate(random)),
             6 => self.background = format!("Gradient(horizon: 0.8, zenith: (0.2, {}, 0.9))", random.below(3)),
             7 => self.entities.swap(entity, 0),
             _ => {
@@ -149,7 +137,7 @@ fn picture(session: &mut Session, text: &str) -> Film {
 #[test]
 fn pictures_of_an_edited_scene_are_those_of_a_new_one() {
     for seed in 0..3 {
-        let mut random = Random(seed);
+        let mut random = Random::new(seed);
         let mut draft = Draft::new(&mut random);
         let mut edited = session();
         let mut before = picture(&mut edited, &draft.text());

@@ -41,7 +41,9 @@ fn arrows_of_cargo(root: &Path) -> Arrows {
     let text = |value: &serde_json::Value| value.as_str().expect("a string").to_owned();
     let short = |name: String| name.strip_prefix("brewster-").map_or(name.clone(), String::from);
     let packages = metadata["packages"].as_array().expect("a list");
-    let of_the_data = packages.iter().filter(|package| text(&package["name"]) != "brewster-tests");
+    let crates = root.join("crates");
+    let of_the_data =
+        packages.iter().filter(|package| Path::new(&text(&package["manifest_path"])).starts_with(&crates));
     of_the_data
         .map(|package| {
             let dependencies = package["dependencies"].as_array().expect("a list");

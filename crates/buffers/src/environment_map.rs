@@ -377,7 +377,7 @@ mod tests {
     /// Colors that have nothing to do with each other.
     fn noise(x: u32, y: u32) -> Vec3 {
         let mut random = Random::new(u64::from(x * 1000 + y) + 1);
-        Vec3::from_array([0; 3].map(|_| random.number().powi(3)))
+        Vec3::from_array([0; 3].map(|_| random.unit().powi(3)))
     }
 
     const EVERY: [(MapRows, f32); 4] =
@@ -388,7 +388,7 @@ mod tests {
         for (rows, rotation) in EVERY {
             let map = map([37, 19], rows, rotation, noise);
             let mut random = Random::new(5);
-            let [u, v] = [(); 2].map(|()| (0..77).map(|_| random.number()).collect::<Vec<f32>>());
+            let [u, v] = [(); 2].map(|()| (0..77).map(|_| random.unit()).collect::<Vec<f32>>());
             let mut samples = vec![None; 77];
             map.sample_all([&u, &v], &mut samples);
             for (sample, u) in samples.iter().zip(u.iter().zip(&v).map(|(&u, &v)| [u, v])) {
@@ -480,7 +480,7 @@ mod tests {
                 let sky = map(size, rows, rotation, noise);
                 for i in 0..2000 {
                     let direction = if i % 4 == 0 {
-                        (random.vector(0.02) + Vec3::Y * if i % 8 == 0 { 1.0 } else { -1.0 }).normalize()
+                        (random.cube() * 0.02 + Vec3::Y * if i % 8 == 0 { 1.0 } else { -1.0 }).normalize()
                     } else {
                         random.direction()
                     };
@@ -537,7 +537,7 @@ mod tests {
             found
         };
         for _ in 0..count {
-            let sample = sky.sample(random.square()).expect("the map is not even");
+            let sample = sky.sample(random.square().into()).expect("the map is not even");
             assert_eq!((sample.radiance, sample.distance), (sky.radiance(sample.direction), f32::INFINITY));
             assert!((sample.pdf / sky.pdf(sample.direction) - 1.0).abs() < 1e-3, "{name} {sample:?}");
             let pair = found(sample.direction) + found(random.direction());

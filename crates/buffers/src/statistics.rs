@@ -2,41 +2,10 @@
 
 use std::f64::consts::TAU;
 
+pub(crate) use brewster_random::Random;
 use glam::{DVec3, Vec3};
 
 use crate::LightSample;
-
-/// Random numbers: SplitMix64 (G. Steele et al., 2014).
-pub(crate) struct Random(u64);
-
-impl Random {
-    pub(crate) fn new(seed: u64) -> Random {
-        Random(seed.wrapping_mul(0xd134_2543_de82_ef95))
-    }
-
-    /// Evenly spread over the multiples of 2⁻²⁴ in 0 ≤ x < 1.
-    pub(crate) fn number(&mut self) -> f32 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 40) as f32 / (1 << 24) as f32
-    }
-
-    pub(crate) fn square(&mut self) -> [f32; 2] {
-        [self.number(), self.number()]
-    }
-
-    /// From -size to size along each axis.
-    pub(crate) fn vector(&mut self, size: f32) -> Vec3 {
-        Vec3::from_array([0; 3].map(|_| size * (2.0 * self.number() - 1.0)))
-    }
-
-    pub(crate) fn direction(&mut self) -> Vec3 {
-        let (z, angle) = (2.0 * f64::from(self.number()) - 1.0, TAU * f64::from(self.number()));
-        let radius = (1.0 - z * z).sqrt();
-        DVec3::new(radius * angle.cos(), radius * angle.sin(), z).normalize().as_vec3()
-    }
-}
 
 /// Cells along each side; in height and turn about y, so that all have the same solid angle.
 const CELLS: usize = 24;
@@ -62,7 +31,7 @@ pub(crate) fn check_sphere(name: &str, sample: impl Fn([f32; 2]) -> Option<Light
     let mut random = Random::new(name.len() as u64);
     let mut counts = vec![0.0; CELLS * CELLS + 1];
     for _ in 0..samples {
-        let cell = match sample(random.square()) {
+        let cell = match sample(random.square().into()) {
             Some(LightSample { direction, pdf: claimed, .. }) => {
                 assert!((direction.as_dvec3().length() - 1.0).abs() < 1e-6, "{name}: {direction}");
                 let density = pdf(direction);

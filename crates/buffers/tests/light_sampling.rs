@@ -9,32 +9,8 @@ use brewster_geometry::*;
 use brewster_lanes::Level;
 use brewster_optics::basis::Basis;
 use brewster_optics::warp;
+use brewster_random::Random;
 use glam::{Affine3A, Quat, Vec2, Vec3};
-
-/// SplitMix64.
-struct Random(u64);
-
-impl Random {
-    fn unit(&mut self) -> f32 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 40) as f32 / (1u32 << 24) as f32
-    }
-
-    fn square(&mut self) -> [f32; 2] {
-        [self.unit(), self.unit()]
-    }
-
-    fn direction(&mut self) -> Vec3 {
-        loop {
-            let v = Vec3::new(self.unit(), self.unit(), self.unit()) * 2.0 - 1.0;
-            if v.length_squared() <= 1.0 && v.length_squared() > 1e-3 {
-                return v.normalize();
-            }
-        }
-    }
-}
 
 fn tetrahedron() -> TriangleMesh {
     TriangleMesh {
@@ -153,7 +129,7 @@ fn about(scene: &SceneBuffers, point: Vec3, random: &mut Random) -> (Vec3, f32) 
     let center = -instance.world_to_object.point(point);
     let inverse = 1.2 / center.length();
     let versine = if inverse < 1.0 { 1.0 - (1.0 - inverse * inverse).sqrt() } else { 2.0 };
-    let local = Basis::around(center.normalize()).to_world(warp::cone(Vec2::from_array(random.square()), versine));
+    let local = Basis::around(center.normalize()).to_world(warp::cone(random.square(), versine));
     let columns = [Vec3::X, Vec3::Y, Vec3::Z].map(|axis| instance.object_to_world.vector(axis));
     let direction = instance.object_to_world.vector(local);
     let stretch = columns[0].cross(columns[1]).dot(columns[2]).abs() / direction.length().powi(3);
@@ -191,7 +167,7 @@ fn agree(name: &str, a: &Mean, b: &Mean, part: f64) {
 
 /// Every shape, everywhere, seen from near it, from some sides, and from inside.
 fn each_view(mut view: impl FnMut(&str, &SceneBuffers, Vec3)) {
-    let mut random = Random(5);
+    let mut random = Random::new(6);
     for shape in table().1 {
         for (i, at) in places().into_iter().enumerate() {
             for (j, distance) in [0.23, 1.4, 1.8].into_iter().enumerate() {
@@ -208,7 +184,7 @@ fn each_view(mut view: impl FnMut(&str, &SceneBuffers, Vec3)) {
 /// What is drawn and not hidden adds up to what comes from everywhere; and the density, to the share of samples.
 #[test]
 fn drawn_light_is_all_light() {
-    let mut random = Random(1);
+    let mut random = Random::new(1);
     each_view(|name, scene, point| {
         let (mut all, mut drawn) = (Mean::default(), Mean::default());
         let (mut density, mut share) = (Mean::default(), Mean::default());
@@ -219,7 +195,7 @@ fn drawn_light_is_all_light() {
             density.add(f64::from(pdf * weight));
         }
         for _ in 0..20_000 {
-            let sample = scene.sample_light(point, 0.0, random.unit(), random.square());
+            let sample = scene.sample_light(point, 0.0, random.unit(), random.square().into());
             let visible = sample.filter(|sample| {
                 let (direction, distance) = sample.ray_from(point);
                 !is_blocked(scene, point, direction, distance)
@@ -240,10 +216,10 @@ fn drawn_light_is_all_light() {
 /// A direction that was drawn, and met again by a ray, has the density and the light that the sample says.
 #[test]
 fn a_ray_along_a_sample_finds_it() {
-    let (mut random, mut found, mut wrong) = (Random(2), 0, Vec::new());
+    let (mut random, mut found, mut wrong) = (Random::new(2), 0, Vec::new());
     each_view(|name, scene, point| {
         for _ in 0..500 {
-            let Some(sample) = scene.sample_light(point, 0.0, random.unit(), random.square()) else { continue };
+            let Some(sample) = scene.sample_light(point, 0.0, random.unit(), random.square().into()) else { continue };
             let ray = Ray { origin: point, direction: sample.direction, time: 0.0 };
             let hit = hit(scene, &ray);
             // A grazing ray may pass by, or meet a part of a bent shape that hides the place.
@@ -283,7 +259,7 @@ fn hard_places() -> Vec<Affine3A> {
 /// their outside; and the end is close to the light.
 #[test]
 fn shadow_rays_end_before_their_light() {
-    let mut random = Random(3);
+    let mut random = Random::new(3);
     for shape in table().1.into_iter().filter(|shape| shape.kind != ShapeKind::Torus) {
         for at in places().into_iter().chain(hard_places()) {
             let scene = scene(shape, at, false);
@@ -292,7 +268,9 @@ fn shadow_rays_end_before_their_light() {
                 // From near by and from far away.
                 let away = random.direction() * (1.3 + 100.0 * random.unit().powi(8));
                 let point = at.transform_point3(away);
-                let Some(sample) = scene.sample_light(point, 0.0, random.unit(), random.square()) else { continue };
+                let Some(sample) = scene.sample_light(point, 0.0, random.unit(), random.square().into()) else {
+                    continue;
+                };
                 lit += 1;
                 let length = (sample.target - point).length();
                 let coarse = point.abs().max_element().max(length) * f32::EPSILON;
@@ -352,9 +330,9 @@ fn triangles_are_drawn_where_their_texture_shines() {
         let area = 4.0 * Vec3::from(normal) / (steps * steps) as f32;
         expected += f64::from(radiance.element_sum() * area.dot(to).abs() / to.length().powi(3));
     }
-    let (mut random, mut drawn, mut lit) = (Random(8), Mean::default(), 0);
+    let (mut random, mut drawn, mut lit) = (Random::new(8), Mean::default(), 0);
     for _ in 0..20_000 {
-        let sample = scene.sample_light(point, 0.0, random.unit(), random.square());
+        let sample = scene.sample_light(point, 0.0, random.unit(), random.square().into());
         lit += i32::from(sample.is_some());
         drawn.add(sample.map_or(0.0, |sample| f64::from(sample.radiance.element_sum() / sample.pdf)));
     }

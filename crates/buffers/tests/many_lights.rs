@@ -5,22 +5,12 @@
 
 use brewster_buffers::*;
 use brewster_geometry::{Affine, Quad, ShapeKind, ShapeRef, TopTree, TreeBuilder};
+use brewster_random::Random;
 use glam::{Affine3A, Quat, Vec2, Vec3};
 
-/// SplitMix64.
-struct Random(u64);
-
-impl Random {
-    fn unit(&mut self) -> f32 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 40) as f32 / (1u32 << 24) as f32
-    }
-
-    fn vector(&mut self, low: Vec3, high: Vec3) -> Vec3 {
-        low + (high - low) * Vec3::new(self.unit(), self.unit(), self.unit())
-    }
+/// Evenly in a box.
+fn within(random: &mut Random, low: Vec3, high: Vec3) -> Vec3 {
+    low + (high - low) * (0.5 + 0.5 * random.cube())
 }
 
 const LAMP: Light = Light {
@@ -38,7 +28,7 @@ const LAMP: Light = Light {
 fn lamps(count: u64, random: &mut Random) -> SceneBuffers {
     let mut scene = SceneBuffers::default();
     for key in 0..count {
-        let position = random.vector(Vec3::new(-10.0, 0.5, -10.0), Vec3::new(10.0, 2.5, 10.0));
+        let position = within(random, Vec3::new(-10.0, 0.5, -10.0), Vec3::new(10.0, 2.5, 10.0));
         let intensity = Vec3::splat(0.2 + random.unit());
         // A spot goes from cosine 0.9 to 0.8.
         let (cone_scale, cone_offset) = if key.is_multiple_of(3) { (10.0, -8.0) } else { (0.0, 1.0) };
@@ -69,11 +59,11 @@ fn moments(scene: &SceneBuffers, point: Vec3, samples: u32, random: &mut Random)
 
 #[test]
 fn one_sample_of_many_lamps_says_more_than_a_uniform_one() {
-    let mut random = Random(1);
+    let mut random = Random::new(1);
     let scene = lamps(300, &mut random);
     let (mut tree, mut uniform) = (0.0, 0.0);
     for _ in 0..100 {
-        let point = random.vector(Vec3::new(-10.0, 0.0, -10.0), Vec3::new(10.0, 0.0, 10.0));
+        let point = within(&mut random, Vec3::new(-10.0, 0.0, -10.0), Vec3::new(10.0, 0.0, 10.0));
         let each = || (0..scene.lights.len()).map(|row| scene.lights.get(row).illuminate(point));
         let all: f64 = each().map(|seen| irradiance(seen.direction, seen.irradiance)).sum();
         let squares: f64 = each().map(|seen| irradiance(seen.direction, seen.irradiance).powi(2)).sum();
@@ -89,7 +79,7 @@ fn one_sample_of_many_lamps_says_more_than_a_uniform_one() {
 /// Panels of 10 by 10 cm that face any way: a third of them shines to both sides.
 #[test]
 fn panels_add_up_to_all_of_them() {
-    let mut random = Random(2);
+    let mut random = Random::new(2);
     let mut scene = SceneBuffers::default();
     scene.shapes.quads.push(Quad { half: Vec2::splat(0.05) });
     for two_sided in [false, true] {
@@ -104,7 +94,7 @@ fn panels_add_up_to_all_of_them() {
     }
     for key in 0..150u64 {
         let turn = Quat::from_euler(glam::EulerRot::XYZ, 6.3 * random.unit(), 6.3 * random.unit(), 0.0);
-        let at = random.vector(Vec3::new(-5.0, 0.5, -5.0), Vec3::new(5.0, 2.5, 5.0));
+        let at = within(&mut random, Vec3::new(-5.0, 0.5, -5.0), Vec3::new(5.0, 2.5, 5.0));
         let object_to_world = Affine::from_affine3a(Affine3A::from_rotation_translation(turn, at)).unwrap();
         let world_to_object = object_to_world.inverse().unwrap();
         let shape = ShapeRef { kind: ShapeKind::Quad, row: 0 };
@@ -116,7 +106,7 @@ fn panels_add_up_to_all_of_them() {
     scene.validate().unwrap();
     assert_eq!(scene.emitters.len(), 150);
     for _ in 0..20 {
-        let point = random.vector(Vec3::new(-5.0, 0.0, -5.0), Vec3::new(5.0, 0.0, 5.0));
+        let point = within(&mut random, Vec3::new(-5.0, 0.0, -5.0), Vec3::new(5.0, 0.0, 5.0));
         // Each panel as one point: it is small.
         let instances = scene.instances.view();
         let panel = |row: usize| {

@@ -39,7 +39,7 @@ fn blob() -> Scene {
 
 /// Two thousand rocks of 5,120 triangles on a plane.
 fn field() -> Scene {
-    let mut random = Random(1);
+    let mut random = Random::new(1);
     let (mut scene, shapes) = Scene::with_every_analytic_shape();
     let rock = scene.mesh(ball(4, hills));
     for _ in 0..2000 {
@@ -52,7 +52,7 @@ fn field() -> Scene {
 
 /// A hundred thousand spheres.
 fn spheres() -> Scene {
-    let mut random = Random(2);
+    let mut random = Random::new(2);
     let (mut scene, shapes) = Scene::with_every_analytic_shape();
     for _ in 0..100_000 {
         scene.place(shapes[0], placed(Vec3::splat(0.02), Quat::IDENTITY, random.cube()));
@@ -75,7 +75,7 @@ fn ray_sets(scene: &Scene) -> Vec<(&'static str, RayColumns)> {
             Ray { origin: eye, direction: (forward + right * at(x) + up * at(y)).normalize(), time: 0.0 }
         })
         .collect();
-    let mut random = Random(3);
+    let mut random = Random::new(3);
     let mut leave = |from: &RayColumns, toward: &dyn Fn(&mut Random, &SurfacePoint) -> Vec3| -> RayColumns {
         let hits = hits_of(scene, Level::detect(), from.view());
         (0..hits.len())

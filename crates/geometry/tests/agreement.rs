@@ -100,7 +100,7 @@ pub(crate) fn every_kind(random: &mut Random, count: usize, spread: f32, size: f
 #[test]
 fn nothing_is_hit_in_an_empty_scene() {
     let scene = Scene::default().built();
-    check("empty", &scene, &rays_for(&scene, &mut Random(1), 100));
+    check("empty", &scene, &rays_for(&scene, &mut Random::new(1), 100));
 }
 
 #[test]
@@ -110,14 +110,14 @@ fn one_of_each() {
         let (mut scene, _) = Scene::with_every_analytic_shape();
         scene.place(shape, placed(Vec3::new(1.0, 2.0, 0.5), Quat::from_rotation_x(1.0), Vec3::new(0.1, 3.0, -2.0)));
         let scene = scene.built();
-        check(&format!("{shape:?}"), &scene, &rays_for(&scene, &mut Random(2), 2000));
+        check(&format!("{shape:?}"), &scene, &rays_for(&scene, &mut Random::new(2), 2000));
     }
 }
 
 #[test]
 fn many_of_every_kind() {
     for (spread, size) in [(5.0, 1.0), (1e4, 500.0), (1e-2, 1e-3), (1e5, 10.0)] {
-        let mut random = Random(3);
+        let mut random = Random::new(3);
         let scene = every_kind(&mut random, 120, spread, size).built();
         check(&format!("spread {spread}"), &scene, &rays_for(&scene, &mut random, 2000));
     }
@@ -126,7 +126,7 @@ fn many_of_every_kind() {
 /// Ties all the way: the lower instance and the lower triangle win.
 #[test]
 fn many_in_one_place() {
-    let mut random = Random(4);
+    let mut random = Random::new(4);
     let (mut scene, shapes) = Scene::with_every_analytic_shape();
     let mut twice = ball(1, |_| 1.0);
     twice.triangles.extend(twice.triangles.clone());
@@ -142,7 +142,7 @@ fn many_in_one_place() {
 /// Meshes without height, and boxes seen along their faces.
 #[test]
 fn flat_scenes() {
-    let mut random = Random(5);
+    let mut random = Random::new(5);
     let mut mesh = TriangleMesh::default();
     for i in 0..16 * 16u32 {
         mesh.positions.push(Vec3::new((i % 16) as f32, (i / 16) as f32, 0.0));
@@ -168,7 +168,7 @@ fn flat_scenes() {
 /// Slivers seen edge on, where a distance is hard to tell.
 #[test]
 fn soups_of_slivers() {
-    let mut random = Random(6);
+    let mut random = Random::new(6);
     for size in [0.02, 0.5, 2.0] {
         let mut scene = Scene::default();
         let mesh = soup(&mut random, 400, size);
@@ -196,13 +196,13 @@ fn only_degenerate_triangles() {
     let mesh = scene.mesh(flat);
     scene.place(mesh, Affine3A::IDENTITY);
     let scene = scene.built();
-    check("degenerate", &scene, &rays_for(&scene, &mut Random(7), 100));
+    check("degenerate", &scene, &rays_for(&scene, &mut Random::new(7), 100));
 }
 
 /// A refitted tree differs from a built one, its hits do not.
 #[test]
 fn after_moves() {
-    let mut random = Random(8);
+    let mut random = Random::new(8);
     let mut scene = every_kind(&mut random, 150, 5.0, 1.0).built();
     for round in 0..6 {
         let moved: Vec<u32> = (0..20).map(|_| random.below(scene.shapes.len()) as u32).collect();
@@ -222,7 +222,7 @@ fn after_moves() {
 /// Rows of neighbors from one eye, which some kernels take together: wide and narrow views, near and far.
 #[test]
 fn cameras() {
-    let mut random = Random(9);
+    let mut random = Random::new(9);
     let mut ball_alone = Scene::default();
     let shape = ball_alone.mesh(ball(3, hills));
     ball_alone.place(shape, placed(Vec3::new(1.0, 0.7, 1.2), Quat::from_rotation_y(0.4), Vec3::new(0.2, 0.1, 0.0)));

@@ -54,7 +54,7 @@ fn sector(at: DVec2) -> usize {
 fn check_even<T: Spread>(name: &str, shape: &T, areas: &[f64], cell: impl Fn(DVec3, u32) -> usize) {
     let sum: f64 = areas.iter().sum();
     assert!((sum / shape.area() - 1.0).abs() < 1e-6, "{name}: {sum} and {}", shape.area());
-    let mut random = Random(name.len() as u64);
+    let mut random = Random::new(name.len() as u64);
     let mut counts = vec![0.0; areas.len()];
     for _ in 0..100_000 {
         let sample = AreaSample::on(shape, shape.spread([random.unit(), random.unit()]));
@@ -124,7 +124,7 @@ fn points_are_spread_evenly_over_flat_shapes() {
         ..Default::default()
     };
     assert_eq!(mesh.area(0), 8.0);
-    let (mut random, mut counts) = (Random(3), vec![0.0; 64]);
+    let (mut random, mut counts) = (Random::new(3), vec![0.0; 64]);
     for _ in 0..100_000 {
         let p = mesh.sample_area(0, [random.unit(), random.unit()]).local.point;
         let (v, w) = ((p.x - 1.0) / 4.0, (p.z - 3.0) / 4.0);
@@ -141,7 +141,7 @@ fn maps_stretch_areas_as_they_stretch_triangles() {
     let sphere = Sphere { radius: 1.0 };
     let mesh = ball(6, |_| 1.0);
     for at in [
-        placed(Vec3::new(3.0, 0.2, -1.0), Random(4).rotation(), Vec3::ONE),
+        placed(Vec3::new(3.0, 0.2, -1.0), Random::new(4).rotation(), Vec3::ONE),
         Affine3A::from_mat3(glam::Mat3::from_cols(Vec3::X, Vec3::new(0.7, 1.0, 0.0), Vec3::new(0.0, -0.3, 0.8))),
         Affine3A::from_scale(Vec3::splat(7.0)),
     ] {
@@ -173,7 +173,7 @@ fn rays_toward_drawn_points_find_them() {
     shapes.retain(|shape| !matches!(shape.kind, ShapeKind::Plane | ShapeKind::Torus));
     let mut scene = scene;
     shapes.push(scene.mesh(ball(2, |_| 1.0)));
-    let (mut random, mut fine) = (Random(6), 0);
+    let (mut random, mut fine) = (Random::new(6), 0);
     for shape in shapes {
         for at in places() {
             let mut scene = scene.clone();

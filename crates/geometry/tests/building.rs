@@ -16,7 +16,7 @@ const BUILDERS: [TreeBuilder; 2] = [TreeBuilder::Binned, TreeBuilder::Clustered]
 /// Meshes with many equal boxes and areas are where an order could be open.
 #[test]
 fn threads_change_no_tree() {
-    let mut random = Random(1);
+    let mut random = Random::new(1);
     let mut doubled = ball(5, |_| 1.0);
     doubled.triangles.extend(doubled.triangles.clone());
     let same = TriangleMesh {
@@ -72,12 +72,13 @@ fn memory_is_as_stated() {
     let triangles = mesh.triangles.len();
     let ordinary = MeshTree::build(mesh, TreeBuilder::default()).unwrap().bytes() as f64 / triangles as f64;
     assert!(ordinary < 46.0, "{ordinary} bytes a triangle");
-    let soup = MeshTree::build(Arc::new(soup(&mut Random(2), 20_000, 0.1)), TreeBuilder::default()).unwrap().bytes()
-        as f64
+    let soup = MeshTree::build(Arc::new(soup(&mut Random::new(2), 20_000, 0.1)), TreeBuilder::default())
+        .unwrap()
+        .bytes() as f64
         / 20_000.0;
     assert!(soup < 200.0, "{soup} bytes a triangle that shares nothing");
     let (mut scene, shapes) = Scene::with_every_analytic_shape();
-    let mut random = Random(3);
+    let mut random = Random::new(3);
     for _ in 0..20_000 {
         scene.place(shapes[0], Affine3A::from_translation(random.cube() * 100.0));
     }
@@ -89,7 +90,7 @@ fn memory_is_as_stated() {
 #[test]
 fn extreme_instances_are_built() {
     let (mut scene, shapes) = Scene::with_every_analytic_shape();
-    let mut random = Random(4);
+    let mut random = Random::new(4);
     for i in 0..40 {
         let scale = Vec3::new(1e5, 1.0, [1e-2, 1e3][i % 2]);
         let at = if i % 4 == 0 { random.cube() * 1e14 } else { random.cube() };

@@ -27,7 +27,7 @@ fn scene(random: &mut Random) -> Scene {
 
 #[test]
 fn surfaces_of_a_batch_are_those_of_its_rays() {
-    let mut random = Random(11);
+    let mut random = Random::new(11);
     let scene = scene(&mut random);
     let aim = |random: &mut Random| Vec3::new(2.0, 3.0, 0.0) + 4.0 * random.cube();
     let rays: RayColumns = (0..5003)
@@ -56,7 +56,7 @@ fn surfaces_of_a_batch_are_those_of_its_rays() {
 
 #[test]
 fn points_drawn_together_look_as_each_by_itself() {
-    let mut random = Random(12);
+    let mut random = Random::new(12);
     let scene = scene(&mut random);
     for level in Level::available() {
         let (mut sights, mut expected, mut looked_at) = (Sights::default(), Vec::new(), 0);

@@ -54,7 +54,7 @@ fn timed_rays(scene: &Scene, random: &mut Random, count: usize) -> RayColumns {
 #[test]
 fn kernels_agree_where_instances_move() {
     for (spread, size) in [(4.0, 1.0), (1e4, 500.0), (1e5, 10.0)] {
-        let mut random = Random(21);
+        let mut random = Random::new(21);
         let scene = in_motion(&mut random, spread, size);
         check(&format!("moving, spread {spread}"), &scene, &timed_rays(&scene, &mut random, 1000));
     }
@@ -70,7 +70,7 @@ fn map_at(keys: &[Affine], time: f32) -> Affine {
 
 #[test]
 fn hits_and_surfaces_are_those_of_a_still_scene_placed_so() {
-    let mut random = Random(22);
+    let mut random = Random::new(22);
     let moving = in_motion(&mut random, 4.0, 1.0);
     let (mut hits, mut moved) = (0, 0);
     for _ in 0..40 {
@@ -107,7 +107,7 @@ fn hits_and_surfaces_are_those_of_a_still_scene_placed_so() {
 /// Motions are written over others in place, and the tree follows by a refit.
 #[test]
 fn motions_are_edited_in_place() {
-    let mut random = Random(23);
+    let mut random = Random::new(23);
     let mut scene = in_motion(&mut random, 4.0, 1.0);
     let edited: Vec<u32> = (0..scene.shapes.len() as u32).filter(|i| i % 6 == 0).collect();
     for &instance in &edited {

@@ -47,7 +47,7 @@ fn convex_mesh(scene: &mut Scene) -> Vec<(String, ShapeRef)> {
 fn rays_outward_miss() {
     let mut all = scenes(analytic(&FLAT));
     all.extend(scenes(analytic(&CONVEX)));
-    let mut random = Random(1);
+    let mut random = Random::new(1);
     for (name, scene) in all {
         let mut tally = Tally::new();
         for _ in 0..4000 {
@@ -75,7 +75,7 @@ fn rays_outward_miss() {
 fn rays_inward_come_out_once() {
     let mut all = scenes(analytic(&CONVEX));
     all.extend(scenes(convex_mesh));
-    let mut random = Random(2);
+    let mut random = Random::new(2);
     for (name, scene) in all {
         let mut tally = Tally::new();
         for _ in 0..4000 {
@@ -117,7 +117,7 @@ fn lines_enter_and_leave_in_turns() {
     let mut all = scenes(bent);
     all.extend(scenes(analytic(&CONVEX)));
     all.extend(scenes(convex_mesh));
-    let mut random = Random(3);
+    let mut random = Random::new(3);
     for (name, scene) in all {
         let mut tally = Tally::new();
         for _ in 0..4000 {
@@ -146,7 +146,7 @@ fn normals_point_outward() {
     let mut all = scenes(analytic(&CONVEX));
     all.extend(scenes(analytic(&[ShapeKind::Torus])));
     all.extend(scenes(convex_mesh));
-    let mut random = Random(4);
+    let mut random = Random::new(4);
     for (name, scene) in all {
         let mut tally = Tally::new();
         for _ in 0..1000 {
@@ -179,7 +179,7 @@ fn rays_start_as_near_as_stated() {
             let size = 0.5 / scene.table.bounds(shape).max.x;
             scene.place(shape, placed(Vec3::splat(size), Quat::IDENTITY, Vec3::splat(far)));
             let scene = scene.built();
-            let mut random = Random(5);
+            let mut random = Random::new(5);
             for _ in 0..200 {
                 let ray = incoming(&mut random, &scene, &scene.object_to_world[0]);
                 let hit = hit_of(&scene, &ray);

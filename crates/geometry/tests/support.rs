@@ -1,55 +1,11 @@
-//! Scenes and random numbers for the tests.
+//! Scenes for the tests.
 
 use std::sync::Arc;
 
 use brewster_geometry::*;
 use brewster_lanes::Level;
+pub(crate) use brewster_random::Random;
 use glam::{Affine3A, Quat, Vec2, Vec3};
-
-/// SplitMix64.
-pub(crate) struct Random(pub u64);
-
-impl Random {
-    pub(crate) fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-
-    /// Evenly from 0 to 1.
-    pub(crate) fn unit(&mut self) -> f32 {
-        (self.next() >> 40) as f32 / (1u32 << 24) as f32
-    }
-
-    pub(crate) fn below(&mut self, n: usize) -> usize {
-        (self.next() % n as u64) as usize
-    }
-
-    /// Evenly from -1 to 1.
-    pub(crate) fn signed(&mut self) -> f32 {
-        2.0 * self.unit() - 1.0
-    }
-
-    /// Evenly in the cube from -1 to 1.
-    pub(crate) fn cube(&mut self) -> Vec3 {
-        Vec3::new(self.signed(), self.signed(), self.signed())
-    }
-
-    /// A unit vector.
-    pub(crate) fn direction(&mut self) -> Vec3 {
-        loop {
-            let v = self.cube();
-            if v.length_squared() <= 1.0 && v.length_squared() > 1e-4 {
-                return v.normalize();
-            }
-        }
-    }
-
-    pub(crate) fn rotation(&mut self) -> Quat {
-        Quat::from_axis_angle(self.direction(), self.signed() * 3.0)
-    }
-}
 
 /// Everything that a [`SceneGeometry`] borrows.
 #[derive(Clone, Default)]

@@ -9,7 +9,7 @@ use crate::support::*;
 /// From inside, at points on edges and at vertices: whatever the rounding, something is hit.
 #[test]
 fn edges_and_vertices_let_nothing_through() {
-    let mut random = Random(1);
+    let mut random = Random::new(1);
     for (depth, radius) in [(1, (|_| 1.0) as fn(Vec3) -> f32), (4, |_| 1.0), (5, |p| 1.0 + 0.05 * (9.0 * p.x).sin())] {
         for at in [
             Affine3A::IDENTITY,

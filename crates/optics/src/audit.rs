@@ -139,7 +139,7 @@ mod tests {
         let (mut random, count) = (Random::new(17), 100_000);
         let (mut sum, mut squares) = (0.0, 0.0);
         for _ in 0..count {
-            let estimate = bundles.estimate(random.number(), random.square(), &value).x as f64;
+            let estimate = bundles.estimate(random.unit(), random.square(), &value).x as f64;
             (sum, squares) = (sum + estimate, squares + estimate * estimate);
         }
         let mean = sum / count as f64;

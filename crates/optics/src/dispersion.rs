@@ -343,7 +343,7 @@ mod tests {
         let mut random = Random::new(23);
         let mut counts = [0.0; 100];
         for _ in 0..200_000 {
-            let Wavelength { nanometers, weight } = Wavelength::sample(random.number());
+            let Wavelength { nanometers, weight } = Wavelength::sample(random.unit());
             assert!(weight.min_element() >= 0.0 && (weight.element_sum() - 3.0).abs() < 1e-5, "{weight}");
             counts[(((nanometers - 380.0) / 4.0) as usize).min(99)] += 1.0;
         }

@@ -382,7 +382,7 @@ mod tests {
         let mean = |bundles: Bundles, value: &dyn Fn(Vec3) -> Vec3| {
             let (mut random, count, mut sum, mut squares) = (Random::new(11), 20_000, 0.0, 0.0);
             for _ in 0..count {
-                let estimate = bundles.estimate(random.number(), random.square(), value).y as f64;
+                let estimate = bundles.estimate(random.unit(), random.square(), value).y as f64;
                 (sum, squares) = (sum + estimate, squares + estimate * estimate);
             }
             let mean = sum / count as f64;
@@ -430,7 +430,7 @@ mod tests {
         const COUNT: usize = 100_000;
         let mut random = Random::new(9);
         let draws = (0..COUNT).map(|_| {
-            let (u, choice) = (random.square(), random.number());
+            let (u, choice) = (random.square(), random.unit());
             sample(u, choice).map_or(Vec3::ZERO, |sample| sample.weight).as_dvec3()
         });
         draws.sum::<glam::DVec3>() / COUNT as f64
@@ -502,7 +502,7 @@ mod tests {
                 let (mut walked, mut stated) = (Vec::new(), Vec::new());
                 for _ in 0..20_000 {
                     walked.extend(walk(view, coat, base, eta, &mut random));
-                    let (u, choice) = (random.square(), random.number());
+                    let (u, choice) = (random.square(), random.unit());
                     stated.extend(paint.sample(view, u, choice, gold).map(|sample| (sample.direction, sample.weight)));
                 }
                 let (walk_energy, walk_width) = energy_and_width(view, &mut walked);
@@ -521,12 +521,12 @@ mod tests {
         let into = RoughDielectric { facets: coat, eta_i: 1.0, eta_t: eta };
         let out = RoughDielectric { facets: coat, eta_i: eta, eta_t: 1.0 };
         // What a coat loses between its facets goes on, as in the model.
-        let first = into.split(view, random.square(), fresnel(1.0, eta)).choose(random.number())?;
+        let first = into.split(view, random.square(), fresnel(1.0, eta)).choose(random.unit())?;
         let (mut direction, mut weight) = (first.direction, first.weight * into.energy_gain(view));
         while direction.z < 0.0 {
             let metal = base.sample_reflection(-direction, random.square(), gold)?;
             let below = flipped(-metal.direction);
-            let above = out.split(below, random.square(), fresnel(eta, 1.0)).choose(random.number())?;
+            let above = out.split(below, random.square(), fresnel(eta, 1.0)).choose(random.unit())?;
             weight *= metal.weight * above.weight * out.energy_gain(below);
             direction = flipped(above.direction);
         }

@@ -453,7 +453,7 @@ mod tests {
             });
             let mut random = Random::new(3);
             let chosen = mean_of(|u| {
-                let sample = glass.split(view, u, fresnel).choose(random.number());
+                let sample = glass.split(view, u, fresnel).choose(random.unit());
                 let through = sample.is_some_and(|sample| sample.is_transmission());
                 if through { Vec3::new(0.0, weight(sample), 0.0) } else { Vec3::new(weight(sample), 0.0, 0.0) }
             });

@@ -170,7 +170,7 @@ mod tests {
             assert!(bounds.contains(&whole), "{facets:?} {view}: {whole}");
             let mut random = Random::new(5);
             let draws = (0..20_000).map(|_| {
-                let (u, choice) = (random.square(), random.number());
+                let (u, choice) = (random.square(), random.unit());
                 mirror.sample(view, u, choice, white).map_or(0.0, |sample| sample.weight.x as f64)
             });
             let mean = draws.sum::<f64>() / 20_000.0;

@@ -7,6 +7,7 @@
 
 use core::f64::consts::{PI, TAU};
 
+pub(crate) use brewster_random::Random;
 use glam::{DVec3, Vec2, Vec3};
 
 /// The false-alarm rate of a family of tests.
@@ -17,27 +18,6 @@ const CELLS: usize = 24;
 
 /// Samples of a test.
 const SAMPLES: usize = 200_000;
-
-/// Independent random numbers: SplitMix64 (G. Steele et al., 2014).
-pub(crate) struct Random(u64);
-
-impl Random {
-    pub(crate) fn new(seed: u64) -> Random {
-        Random(seed.wrapping_mul(0xd134_2543_de82_ef95))
-    }
-
-    /// Evenly spread over the multiples of 2⁻²⁴ in [0, 1).
-    pub(crate) fn number(&mut self) -> f32 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 40) as f32 / (1 << 24) as f32
-    }
-
-    pub(crate) fn square(&mut self) -> Vec2 {
-        Vec2::new(self.number(), self.number())
-    }
-}
 
 /// A map of the whole sphere to the unit square that spreads the surroundings of an axis.
 ///
@@ -126,7 +106,7 @@ impl SphereTest {
         let mut counts = vec![0.0; CELLS * CELLS + 1];
         let mut random = Random::new(name.bytes().fold(1, |seed, byte| (seed * 31 + byte as u64) & 0xffff_ffff));
         for _ in 0..SAMPLES {
-            let cell = match sample(random.square(), random.number()) {
+            let cell = match sample(random.square(), random.unit()) {
                 Some(direction) => {
                     let (u, v) = self.focus.place_of(direction);
                     let index = |x: f64| ((x * CELLS as f64) as usize).min(CELLS - 1);

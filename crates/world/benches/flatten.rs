@@ -3,20 +3,16 @@
 //! Prints milliseconds, best and median, for a new scene and for single edits of it. After every kind of edit the columns are
 //! compared with those of a new scene with the same entities, and so are the hits of 10,000 rays.
 
-#[path = "../tests/random/mod.rs"]
-mod random;
-
 use std::time::Instant;
 
 use bevy_ecs::entity::Entity;
 use brewster_buffers::SceneBuffers;
 use brewster_geometry::{Hit, HitColumns, Rays, closest_hits};
 use brewster_lanes::Level;
+use brewster_random::Random;
 use brewster_world::components::*;
 use brewster_world::{FlattenReport, Scene};
 use glam::{Affine3A, Vec3};
-
-use random::Random;
 
 const ENTITIES: usize = 100_000;
 
@@ -47,7 +43,7 @@ struct Spawned {
 impl Field {
     fn new(material: fn(f32) -> Material, random: &mut Random) -> Field {
         let bead = |key| {
-            let (place, radius, material) = (random.vector(100.0), 0.1 + 0.4 * random.unit(), random.below(10));
+            let (place, radius, material) = (random.cube() * 100.0, 0.1 + 0.4 * random.unit(), random.below(10));
             (100 + 2 * key, Bead { place, radius, material })
         };
         let albedos = std::array::from_fn(|i| 0.1 * i as f32);
@@ -77,7 +73,7 @@ type Edit = fn(&mut Spawned, &mut Field, &mut Random);
 const EDITS: [(&str, Edit); 8] = [
     ("nothing", |_, _, _| ()),
     ("one moved", |spawned, field, random| {
-        let (i, place) = (random.below(ENTITIES), random.vector(100.0));
+        let (i, place) = (random.below(ENTITIES), random.cube() * 100.0);
         field.beads[i].1.place = place;
         spawned.scene.world_mut().get_mut::<Transform>(spawned.beads[i]).unwrap().0 = Affine3A::from_translation(place);
     }),
@@ -105,7 +101,7 @@ const EDITS: [(&str, Edit); 8] = [
     }),
     ("one spawned", |spawned, field, random| {
         let i = random.below(field.beads.len() - 1);
-        let (key, bead) = (field.beads[i].0 + 1, Bead { place: random.vector(100.0), radius: 0.3, material: 3 });
+        let (key, bead) = (field.beads[i].0 + 1, Bead { place: random.cube() * 100.0, radius: 0.3, material: 3 });
         if field.beads[i + 1].0 != key {
             field.beads.insert(i + 1, (key, bead));
             spawned.beads.insert(i + 1, spawn_bead(&mut spawned.scene, &spawned.materials, key, bead));
@@ -113,7 +109,7 @@ const EDITS: [(&str, Edit); 8] = [
     }),
     ("all moved a little", |spawned, field, random| {
         for ((_, bead), &entity) in field.beads.iter_mut().zip(&spawned.beads) {
-            bead.place += random.vector(0.1);
+            bead.place += random.cube() * 0.1;
             let mut transform = spawned.scene.world_mut().get_mut::<Transform>(entity).unwrap();
             transform.0 = Affine3A::from_translation(bead.place);
         }
@@ -147,11 +143,11 @@ fn assert_same(edited: &SceneBuffers, fresh: &SceneBuffers, after: &str) {
     assert!(edited.shapes == fresh.shapes, "shapes after {after}");
     assert!(edited.materials == fresh.materials, "materials after {after}");
     assert!(edited.emitters == fresh.emitters, "emitters after {after}");
-    let mut random = Random(11);
+    let mut random = Random::new(11);
     let columns: [Vec<f32>; 6] = {
         let rays: Vec<[f32; 6]> = (0..10_000)
             .map(|_| {
-                let (origin, direction) = (random.vector(100.0), random.direction());
+                let (origin, direction) = (random.cube() * 100.0, random.direction());
                 [origin.x, origin.y, origin.z, direction.x, direction.y, direction.z]
             })
             .collect();
@@ -177,7 +173,7 @@ fn main() {
 
 /// Times a new field of a material, and edits of it.
 fn measure(material: fn(f32) -> Material, edits: &[(&str, Edit)]) {
-    let mut random = Random(7);
+    let mut random = Random::new(7);
     let mut field = Field::new(material, &mut random);
     let mut times = Vec::new();
     let (mut spawned, report) = loop {

@@ -4,8 +4,6 @@
 //! The expected columns come from the same systems run once over a new world, in which entities are spawned in another order: what
 //! is tested is that the way there does not matter.
 
-mod random;
-
 use std::sync::Arc;
 
 use bevy_ecs::entity::{Entity, EntityHashMap};
@@ -17,11 +15,10 @@ use brewster_geometry::{Hit, HitColumns, Rays, TriangleMesh, closest_hits};
 use brewster_lanes::Level;
 use brewster_optics::fresnel::FresnelModel;
 use brewster_optics::thin_film::Film;
+use brewster_random::Random;
 use brewster_world::Scene;
 use brewster_world::components::*;
 use glam::{Affine3A, Quat, Vec2, Vec3};
-
-use random::Random;
 
 /// A new scene with the entities of another one, spawned from the last to the first.
 fn fresh(scene: &Scene) -> Scene {
@@ -111,7 +108,7 @@ fn columns(buffers: &SceneBuffers) -> Vec<(&'static str, String)> {
 fn hits(buffers: &SceneBuffers, rays: usize, random: &mut Random) -> HitColumns {
     let mut columns: [Vec<f32>; 7] = Default::default();
     for _ in 0..rays {
-        let (origin, direction) = (random.vector(8.0), random.direction());
+        let (origin, direction) = (random.cube() * 8.0, random.direction());
         for axis in 0..3 {
             columns[axis].push(origin[axis]);
             columns[3 + axis].push(direction[axis]);
@@ -146,7 +143,7 @@ fn check(scene: &mut Scene, seed: u64) {
         keys
     };
     assert_eq!(problems(scene, &report), problems(&fresh, &fresh_report), "{report}\n{fresh_report}");
-    let hits = [&*scene, &fresh].map(|scene| hits(scene.buffers(), 64, &mut Random(seed)));
+    let hits = [&*scene, &fresh].map(|scene| hits(scene.buffers(), 64, &mut Random::new(seed)));
     let bits = |hits: &HitColumns| format!("{hits:?}");
     assert_eq!(bits(&hits[0]), bits(&hits[1]));
     assert!(scene.flatten().rows_written() == 0, "nothing was edited");
@@ -172,7 +169,7 @@ impl Editor {
         let flat = TriangleMesh { positions: vec![Vec3::ONE; 3], triangles: vec![[0, 1, 2]], ..Default::default() };
         Editor {
             scene: Scene::new(),
-            random: Random(seed),
+            random: Random::new(seed),
             meshes: [mesh(0.5), mesh(1.5), Arc::new(flat)],
             image: Arc::new(image),
             entities: Vec::new(),
@@ -195,8 +192,8 @@ impl Editor {
             return Transform(Affine3A::from_scale(odd[random.below(4)]));
         }
         let turn = Quat::from_axis_angle(random.direction(), 3.0 * random.unit());
-        let scale = Vec3::splat(0.3) + random.vector(0.5).abs();
-        Transform(Affine3A::from_scale_rotation_translation(scale, turn, random.vector(4.0)))
+        let scale = Vec3::splat(0.3) + random.cube().abs() * 0.5;
+        Transform(Affine3A::from_scale_rotation_translation(scale, turn, random.cube() * 4.0))
     }
 
     fn shape(&mut self) -> Shape {
@@ -215,7 +212,7 @@ impl Editor {
     }
 
     fn color(&mut self) -> Color {
-        let (a, b) = (self.random.vector(1.0).abs(), self.random.vector(1.0).abs());
+        let (a, b) = (self.random.cube().abs(), self.random.cube().abs());
         match self.random.below(8) {
             0 => Color::Texture(Texture::Checker { a, b, size: 0.5 }),
             1 => Color::Texture(Texture::Gradient { from: a, to: b, axis: Axis::V }),
@@ -268,7 +265,7 @@ impl Editor {
                 compensated: false,
             },
             3 => {
-                let reflectance = Reflectance::Index { eta: Vec3::splat(0.2), k: self.random.vector(3.0).abs() };
+                let reflectance = Reflectance::Index { eta: Vec3::splat(0.2), k: self.random.cube().abs() * 3.0 };
                 Material::Metal {
                     reflectance,
                     fresnel: FresnelModel::Exact,
@@ -365,7 +362,7 @@ impl Editor {
     }
 
     fn light(&mut self) -> Light {
-        let intensity = self.random.vector(9.0).abs();
+        let intensity = self.random.cube().abs() * 9.0;
         match self.random.below(5) {
             0 => Light::Point { intensity, falloff: Falloff::InverseSquare },
             1 => Light::Point { intensity, falloff: Falloff::None },
@@ -386,7 +383,7 @@ impl Editor {
         if random.below(20) == 0 {
             return Motion::through([Affine3A::from_rotation_z(std::f32::consts::PI)]).unwrap();
         }
-        let (by, axis, angle) = (random.vector(1.0), random.direction(), [0.0, 0.3, 1.4][random.below(3)]);
+        let (by, axis, angle) = (random.cube(), random.direction(), [0.0, 0.3, 1.4][random.below(3)]);
         Motion::turning(angle, |s| Affine3A::from_rotation_translation(Quat::from_axis_angle(axis, angle * s), by * s))
     }
 
@@ -401,7 +398,7 @@ impl Editor {
             self.insert(entity);
         }
         if self.random.below(3) == 0 {
-            let key = SceneKey(self.random.next() >> 8);
+            let key = SceneKey(self.random.bits() >> 8);
             self.world().entity_mut(entity).insert(key);
         }
         self.entities.push(entity);
@@ -510,11 +507,11 @@ impl Editor {
             14..17 => self.tune(entity),
             17 => self.remove(entity),
             18 => {
-                let key = SceneKey(self.random.next() >> 8);
+                let key = SceneKey(self.random.bits() >> 8);
                 self.world().entity_mut(entity).insert(key);
             }
             _ => {
-                let color = self.random.vector(1.0).abs();
+                let color = self.random.cube().abs();
                 self.world().resource_mut::<Background>().0 = brewster_buffers::Background::Constant(color);
                 self.world().resource_mut::<Settings>().0.max_depth += 1;
             }

@@ -69,7 +69,7 @@ mod tests {
     fn unions_hold_both() {
         let mut random = Random::new(1);
         for i in 0..2000 {
-            let mut cone = || Cone { axis: random.direction(), angle: PI * random.number() * random.number() };
+            let mut cone = || Cone { axis: random.direction(), angle: PI * random.unit() * random.unit() };
             let (a, mut b) = (cone(), cone());
             match i % 5 {
                 0 => b.axis = a.axis,

@@ -146,7 +146,7 @@ mod tests {
             assert!((1.0 / seen.pdf() / whole - 1.0).abs() < 3e-5, "{point}: {}, not {whole}", 1.0 / seen.pdf());
             let mut counts = [0.0; 64];
             for _ in 0..50_000 {
-                let [x, y] = seen.sample(random.square()).map(|x| ((x * 8.0) as usize).min(7));
+                let [x, y] = seen.sample(random.square().into()).map(|x| ((x * 8.0) as usize).min(7));
                 counts[x * 8 + y] += 1.0;
             }
             let below = |x: usize, y: usize| solid_angle(&quad, [x as f64 / 8.0, y as f64 / 8.0], point.as_dvec3());

@@ -199,15 +199,15 @@ mod tests {
     /// Sources of all kinds in a cube of side 20: lamps to all sides, panels, spots; some in one place.
     fn sources(count: usize, random: &mut Random) -> Vec<LightBounds> {
         let source = |i: usize| {
-            let at = if i.is_multiple_of(7) { Vec3::ONE } else { random.vector(10.0) };
-            let size = Vec3::splat(if i.is_multiple_of(3) { 0.0 } else { 0.2 * random.number() });
+            let at = if i.is_multiple_of(7) { Vec3::ONE } else { random.cube() * 10.0 };
+            let size = Vec3::splat(if i.is_multiple_of(3) { 0.0 } else { 0.2 * random.unit() });
             let (normals, emission) = match i % 4 {
                 0 => (Cone::SPHERE, FRAC_PI_2),
                 1 => (Cone::along(random.direction()), FRAC_PI_2),
                 2 => (Cone { axis: random.direction(), angle: 0.7 }, FRAC_PI_2),
                 _ => (Cone::along(random.direction()), 0.4),
             };
-            let intensity = f64::from(random.number()).powi(6) + 1e-3;
+            let intensity = f64::from(random.unit()).powi(6) + 1e-3;
             LightBounds { bounds: Aabb { min: at - size, max: at + size }, normals, emission, intensity }
         };
         (0..count).map(source).collect()
@@ -220,13 +220,13 @@ mod tests {
             let sources = sources(count, &mut random);
             let tree = LightTree::new(sources.clone());
             for _ in 0..20 {
-                let point = random.vector(12.0);
+                let point = random.cube() * 12.0;
                 let chances: Vec<f64> =
                     (0..count as u32).map(|source| f64::from(tree.probability(point, source))).collect();
                 let (draws, mut lost) = (20_000, 0.0);
                 let mut counts = vec![0.0; count];
                 for _ in 0..draws {
-                    let Some((source, probability)) = tree.choose(point, random.number()) else {
+                    let Some((source, probability)) = tree.choose(point, random.unit()) else {
                         lost += 1.0;
                         continue;
                     };
@@ -258,7 +258,7 @@ mod tests {
             let tree = LightTree::new(sources.clone());
             let mut never = 0;
             for _ in 0..points {
-                let point = random.vector(12.0);
+                let point = random.cube() * 12.0;
                 for (i, source) in sources.iter().enumerate() {
                     if tree.probability(point, i as u32) > 0.0 {
                         continue;
@@ -284,7 +284,7 @@ mod tests {
             let draws = 2000;
             let mut sum = 0;
             for _ in 0..draws {
-                let Some((source, _)) = tree.choose(random.vector(10.0), random.number()) else { continue };
+                let Some((source, _)) = tree.choose(random.cube() * 10.0, random.unit()) else { continue };
                 let [block, node] = tree.leaves[source as usize];
                 sum += tree.top.depth(tree.top_nodes[block as usize]);
                 sum += tree.blocks[block as usize].branches.depth(node);
@@ -306,13 +306,13 @@ mod tests {
             for round in 0..60 {
                 let mut changed = BTreeMap::new();
                 for _ in 0..1 + round % 2 {
-                    let number = ((random.number() * count as f32) as usize).min(count - 1);
+                    let number = ((random.unit() * count as f32) as usize).min(count - 1);
                     let mut source = sources[number];
                     let shift = match round % 5 {
-                        0 => random.vector(0.1),
+                        0 => random.cube() * 0.1,
                         1 => Vec3::ONE - source.center(),
                         2 if round % 4 == 0 => Vec3::splat(30.0 + round as f32),
-                        _ => random.vector(9.0) - source.center(),
+                        _ => random.cube() * 9.0 - source.center(),
                     };
                     source.bounds = Aabb { min: source.bounds.min + shift, max: source.bounds.max + shift };
                     source.intensity *= if round % 3 == 0 { 1.5 } else { 1.0 };

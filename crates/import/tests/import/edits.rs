@@ -1,13 +1,13 @@
 //! Applying a scene to a world that holds an earlier state of it: the world comes out as a fresh one would, and change
 //! detection sees what the author changed and nothing else.
 
-use crate::random::Random;
 use bevy_ecs::change_detection::DetectChanges;
 use bevy_ecs::entity::Entity;
 use bevy_ecs::hierarchy::ChildOf;
 use bevy_ecs::name::Name;
 use bevy_ecs::world::{EntityRef, World};
 use brewster_import::{Importer, LoadOptions};
+use brewster_random::Random;
 use brewster_world::components::{
     Background, Camera, Light, Material, SceneKey, Settings, Shape, Transform, UsesMaterial, UsesShape,
 };

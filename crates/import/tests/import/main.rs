@@ -8,5 +8,4 @@ mod manual;
 mod models;
 mod mutations;
 mod path;
-mod random;
 mod scenes;

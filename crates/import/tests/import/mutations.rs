@@ -7,7 +7,7 @@ use std::path::Path;
 use bevy_ecs::world::World;
 use brewster_import::{Importer, Limits, LoadOptions};
 
-use crate::random::Random;
+use brewster_random::Random;
 
 const ROUNDS: u64 = 3_000;
 

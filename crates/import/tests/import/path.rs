@@ -12,7 +12,7 @@ use brewster_world::components::{Background, Camera, Color, Material, Reflectanc
 use glam::Vec3;
 
 use crate::loaded::{get, load, load_with};
-use crate::random::Random;
+use brewster_random::Random;
 
 #[test]
 fn settings_of_paths() {

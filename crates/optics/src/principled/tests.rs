@@ -88,7 +88,7 @@ fn the_appendix_is_followed() {
     let mut random = Random::new(29);
     for i in 0..400 {
         let [view, light] = [(); 2].map(|()| warp::cosine_hemisphere(random.square()));
-        let roughness = 0.2 + 0.8 * random.number();
+        let roughness = 0.2 + 0.8 * random.unit();
         let colored = Parameters { clearcoat: 0.0, sheen_color: Vec3::ZERO, ..motley(roughness) };
         let alpha = (roughness * roughness) as f64;
         let [diffuse, specular] = appendix_b(&colored, alpha, view.as_dvec3(), light.as_dvec3());
@@ -198,7 +198,7 @@ fn samples_follow_their_density() {
             test.check(&format!("{name} {view}"), sample, |light| surface.evaluate(view, light).chosen_pdf());
             let mut random = Random::new(31);
             let draws = (0..20_000).map(|_| {
-                let (u, choice) = (random.square(), random.number());
+                let (u, choice) = (random.square(), random.unit());
                 surface.choose(view, u, choice).map_or(0.0, |sample| sample.weight.y as f64)
             });
             let (mean, sent) = (draws.sum::<f64>() / 20_000.0, green(&parameters, view));
@@ -438,7 +438,7 @@ fn estimates_are_right_in_mean() {
             let whole = Focus::SPHERE.total(|light| surface.evaluate(view, light).f_cos.y as f64);
             let (count, mut sum, mut squares) = (20_000, 0.0, 0.0);
             for _ in 0..count {
-                let estimate = surface.estimate(view, random.number(), random.square()).y as f64;
+                let estimate = surface.estimate(view, random.unit(), random.square()).y as f64;
                 (sum, squares) = (sum + estimate, squares + estimate * estimate);
             }
             let mean = sum / count as f64;
