@@ -291,9 +291,15 @@ impl fmt::Display for SessionError {
             }
             SessionError::Camera { name: None, .. } => f.write_str("the scene has no camera"),
             SessionError::Camera { name: Some(name), known } => {
-                let known: Vec<String> =
+                let named: Vec<String> =
                     known.iter().filter(|name| !name.is_empty()).map(|name| format!("{name:?}")).collect();
-                write!(f, "the scene has no camera {name:?}; those with a name are: {}", known.join(", "))
+                let those = match (known.len(), named.is_empty()) {
+                    (0, _) => "it has none at all".to_owned(),
+                    (1, true) => "its only one, number 0, has no name".to_owned(),
+                    (count, true) => format!("its own have no names but numbers, 0 to {}", count - 1),
+                    (_, false) => format!("there is {}", named.join(", ")),
+                };
+                write!(f, "the scene has no camera {name:?}: {those}")
             }
             SessionError::Unsupported(error) => error.fmt(f),
             SessionError::Explain(error) => error.fmt(f),

@@ -19,6 +19,11 @@ pub(crate) struct View {
     pub intensity: f32,
 }
 
+impl View {
+    /// As it is.
+    pub(crate) const PLAIN: View = View { rows: MapRows::Centers, rotation: 0.0, intensity: 1.0 };
+}
+
 /// The sky in a file that is named at `span`.
 pub(crate) fn load(session: &mut Session, name: &str, span: Span, view: View) -> Option<Arc<EnvironmentMap>> {
     let picture = image::load(session, name, span)?;

@@ -223,10 +223,6 @@ impl<'i> Session<'i> {
         self.found.push(self.sources.error(code, span, message));
     }
 
-    pub(crate) fn warning(&mut self, code: Code, span: Span, message: impl Into<String>) {
-        self.found.push(self.sources.warning(code, span, message));
-    }
-
     fn add_text(&mut self, name: String, folder: PathBuf, bytes: Vec<u8>) -> Option<SourceId> {
         self.digest.update(&bytes);
         let text = match String::from_utf8(bytes) {
@@ -235,7 +231,7 @@ impl<'i> Session<'i> {
                 let valid = error.utf8_error().valid_up_to() as u32;
                 let text = String::from_utf8_lossy(error.as_bytes());
                 let place = Diagnostic::about_text(Severity::Error, Code::File, &name, &text, (valid, valid + 1));
-                self.found.push(place.message("the file is not text in UTF-8"));
+                self.found.push(place.message("the file is not text in UTF-8").help("save it in this encoding"));
                 return None;
             }
         };
@@ -292,7 +288,7 @@ impl<'i> Session<'i> {
 pub(crate) fn describe(refusal: &Refusal) -> (Code, String) {
     match refusal {
         Refusal::Outside => (Code::Sandbox, "it lies outside the folder of the scene".into()),
-        Refusal::NotAFile => (Code::File, "it is not a file".into()),
+        Refusal::NotAFile => (Code::File, "it is a folder, or no ordinary file".into()),
         Refusal::TooLarge(exceeded) => (Code::Limit, format!("it is too large: {exceeded}")),
         Refusal::Io(error) => match error.kind() {
             io::ErrorKind::NotFound => (Code::File, "there is no such file".into()),

@@ -1,12 +1,12 @@
 //! Where a picture is taken from and what surrounds the scene, if not the scene's file tells but the one who asks.
 
 use std::f32::consts::PI;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use brewster_lanes::math;
 use brewster_world::components as world;
-use brewster_world::components::parts::{Backdrop, Background, Image, MapRows, Texels};
+use brewster_world::components::parts::{Backdrop, Background, Image, Texels};
 use glam::{Affine3A, Mat3, UVec2, Vec3, Vec3A};
 
 use crate::diagnostics::{Code, Diagnostic, Severity};
@@ -30,17 +30,17 @@ pub struct ViewChoices {
     pub vfov: Option<f32>,
     /// Where the camera is about its target: the angle from +Z toward +X, the angle from +Y, and the distance.
     pub orbit: Option<[f32; 3]>,
-    /// A picture of the whole sky.
+    /// What is all around.
     pub environment: Option<EnvironmentChoice>,
     /// What is behind the things in the picture.
     pub backdrop: Option<Backdrop>,
 }
 
-/// A picture of the whole sky in a file.
+/// A picture of the whole sky.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EnvironmentChoice {
-    /// The file.
-    pub file: PathBuf,
+    /// Its file; without one, the studio that stands around glTF files without lights.
+    pub file: Option<PathBuf>,
     /// By how much it is turned about +Y.
     pub rotation: f32,
     /// A factor of its radiance.
@@ -62,9 +62,12 @@ const LOOKED_AT: usize = 20_000;
 /// Gives a scene the cameras and surroundings that are asked for. `None` after an error.
 pub(crate) fn apply(session: &mut Session, scene: &mut Scene, view: &ViewChoices, span: Span) -> Option<()> {
     if let Some(choice) = &view.environment {
-        scene.background.0 = sky(session, choice)?;
-        // What stood in the place of another sky.
-        scene.settings.0.backdrop = Backdrop::Background;
+        let turned = View { rotation: choice.rotation, intensity: choice.strength, ..View::PLAIN };
+        // What stood in the place of another sky goes with it.
+        (scene.background.0, scene.settings.0.backdrop) = match &choice.file {
+            Some(file) => (sky(session, file, turned)?, Backdrop::Background),
+            None => (studio(session, turned)?, Backdrop::Other(PAPER)),
+        };
     }
     if let Some(backdrop) = &view.backdrop {
         scene.settings.0.backdrop = backdrop.clone();
@@ -193,10 +196,10 @@ fn bounds(shape: &world::Shape) -> Option<Vec3> {
 }
 
 /// The sky in a file that the one who asks named: it may lie anywhere.
-fn sky(session: &mut Session, choice: &EnvironmentChoice) -> Option<Background> {
-    let name = choice.file.to_string_lossy().into_owned();
+fn sky(session: &mut Session, file: &Path, view: View) -> Option<Background> {
+    let name = file.to_string_lossy().into_owned();
     let about = |code, message| Diagnostic::about_file(Severity::Error, code, name.as_str(), message);
-    let bytes = match session.read_outside(&choice.file) {
+    let bytes = match session.read_outside(file) {
         Ok(bytes) => bytes,
         Err(refusal) => {
             let (code, reason) = describe(&refusal);
@@ -204,7 +207,6 @@ fn sky(session: &mut Session, choice: &EnvironmentChoice) -> Option<Background> 
             return None;
         }
     };
-    let view = View { rows: MapRows::Centers, rotation: choice.rotation, intensity: choice.strength };
     let picture = match session.assets.sky_file.take() {
         Some((known, picture)) if known == bytes.1 => Ok(picture),
         _ => image::read(&bytes.0, &mut session.budgets.pixels).map(Arc::new),
@@ -220,7 +222,7 @@ fn sky(session: &mut Session, choice: &EnvironmentChoice) -> Option<Background> 
 
 /// The light of a photographer's studio: gray walls, a large soft light from above on the left of who looks along -Z, a weaker
 /// one on the right, a strip behind, and one overhead.
-pub(crate) fn studio(session: &mut Session) -> Option<Background> {
+pub(crate) fn studio(session: &mut Session, view: View) -> Option<Background> {
     const HEIGHT: u32 = 128;
     let picture = match &session.assets.studio {
         Some(picture) => Arc::clone(picture),
@@ -236,7 +238,6 @@ pub(crate) fn studio(session: &mut Session) -> Option<Background> {
             Arc::clone(session.assets.studio.insert(Arc::new(picture)))
         }
     };
-    let view = View { rows: MapRows::Centers, rotation: 0.0, intensity: 1.0 };
     environment::sky(session, picture, view).ok().map(Background::Environment)
 }
 

@@ -177,7 +177,8 @@ fn compare(folder: &Path, name: &str, out: &Path, manner: Manner) -> Result<Outc
 
 /// The picture of a scenario: radiance, black and transparent where the background is not to be seen.
 fn render(folder: &Path, scenario: &Scenario, manner: Manner) -> Result<LinearImage, String> {
-    let environment = EnvironmentChoice { file: folder.join(&scenario.environment), rotation: 0.0, strength: 1.0 };
+    let environment =
+        EnvironmentChoice { file: Some(folder.join(&scenario.environment)), rotation: 0.0, strength: 1.0 };
     let backdrop = if scenario.shows_environment { parts::Backdrop::Background } else { parts::Backdrop::Transparent };
     let view = ViewChoices {
         target: Some(scenario.target),

@@ -30,6 +30,9 @@ pub(crate) fn run(
             let report = session.report();
             let rows = plural(report.rows_written() as u64, "row");
             terminal.say(format_args!("flatten  {}, {rows}", duration(report.total())));
+            if report.rows_written() == 0 {
+                terminal.say("nothing has moved since the frame before");
+            }
         }
         let mut render = session.render(arguments.options())?;
         let complete = trace(&mut render, terminal, || interrupt.asked(), |_, _| true);

@@ -64,7 +64,7 @@ pub(crate) struct ViewArguments {
     /// Where the camera is about its target: degrees from +Z toward +X, degrees from +Y, and meters.
     #[arg(long, value_name = "THETA,PHI,RADIUS", allow_hyphen_values = true, value_parser = values::vector, help_heading = VIEW)]
     pub orbit: Option<Vec3>,
-    /// A picture of the whole sky that takes the place of the scene's background.
+    /// A picture of the whole sky that takes the place of the scene's background, or `studio`, which lights glTF files without lights.
     #[arg(long, value_name = "FILE.hdr", help_heading = VIEW)]
     pub environment: Option<PathBuf>,
     /// By how much it is turned about +Y.
@@ -81,7 +81,7 @@ pub(crate) struct ViewArguments {
 impl ViewArguments {
     fn choices(&self) -> ViewChoices {
         let environment = self.environment.clone().map(|file| EnvironmentChoice {
-            file,
+            file: Some(file).filter(|file| file.as_os_str() != "studio"),
             rotation: self.environment_rotation.unwrap_or(0.0).to_radians(),
             strength: self.environment_strength.unwrap_or(1.0),
         });

@@ -175,6 +175,25 @@ fn skies_are_turned_and_scaled() {
     }
 }
 
+/// The studio that stands around a file without lights anyway is there when it is asked for, in the strength that is asked for.
+#[test]
+fn a_studio_can_be_asked_for() {
+    let desk = desk();
+    let seen = |arguments: &str| {
+        let view = "--eye 0,0,0 --target=-0.62,0.58,0.53 --vfov 20 --resolution 8x8 --quiet --samples 4";
+        desk.run(&format!("render squares.gltf {view} --background environment {arguments} -o studio.exr"))
+            .expect(0, "");
+        read_image(&desk.path("studio.exr")).expect("the picture").color
+    };
+    let plain = seen("");
+    assert!(plain.iter().all(|color| color[0] > 2.0), "the brightest light: {plain:?}");
+    assert_eq!(seen("--environment studio"), plain);
+    let twice: Vec<[f32; 3]> = plain.iter().map(|color| color.map(|channel| 2.0 * channel)).collect();
+    let found = seen("--environment studio --environment-strength 2");
+    let is_near = |(a, b): (&[f32; 3], &[f32; 3])| (a[0] - b[0]).abs() < 1e-5 * b[0];
+    assert!(found.iter().zip(&twice).all(is_near), "{found:?} instead of {twice:?}");
+}
+
 /// Unlit red of 1, a quarter after two stops: 0.5371 on the curve of sRGB. PBR Neutral leaves what is below 0.8 and has a part of
 /// black as it is.
 #[test]

@@ -10,7 +10,7 @@ use gltf::json::{Index, Root, Value, buffer};
 
 use super::container::{Container, Uri};
 use super::extensions::{self, meshopt};
-use super::{Found, Reporter, broken, validate};
+use super::{Found, Reporter, broken, is_gltf, validate};
 use crate::diagnostics::Code;
 use crate::hash::Digest;
 use crate::sandbox::Refusal;
@@ -184,7 +184,8 @@ fn read(session: &mut Session, folder: &Path, uri: &str, path: &str) -> Found<Ve
                 Refusal::Outside => problem
                     .expected("a file in the folder of the glTF file or below it")
                     .help("other folders are allowed by `--allow-path DIR`"),
-                _ if code == Code::File => match session.neighbor(folder, &name) {
+                _ if code == Code::File => match session.neighbor(folder, &name).filter(|name| !is_gltf(name.as_ref()))
+                {
                     Some(neighbor) => problem.help(format!("did you mean {neighbor:?}?")),
                     None => problem,
                 },

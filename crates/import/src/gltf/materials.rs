@@ -171,7 +171,9 @@ impl Reader<'_, '_> {
                 }
                 true => "cameras see both sides of materials that let light through, double-sided or not",
             };
-            self.reporter.note(Code::Decision, format!("{}.doubleSided", self.path), message);
+            // The default material stands nowhere in the file.
+            let path = if self.path.is_empty() { String::new() } else { format!("{}.doubleSided", self.path) };
+            self.reporter.note(Code::Decision, path, message);
         }
     }
 

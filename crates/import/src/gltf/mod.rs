@@ -27,8 +27,9 @@ use brewster_world::components as world;
 use brewster_world::components::parts;
 
 use crate::diagnostics::{Code, Diagnostic, Severity};
+use crate::environment::View;
 use crate::findings::Findings;
-use crate::scene::{Row, Scene};
+use crate::scene::{Part, Row, Scene};
 use crate::session::{Asset, Session};
 use crate::source::{Source, Span};
 use crate::{LoadOptions, view};
@@ -132,6 +133,9 @@ fn read(
     let source = source.ok_or_else(|| broken("", "too many files"))?;
     let span = Span { source, start: 0, end: 0 };
     let rows = nodes::read((session, reporter), &document, &options.gltf, span, None)?;
+    if rows.iter().all(|row| matches!(row.shape, Part::None)) {
+        reporter.warn(Code::Nothing, "", "no node of the scene has a mesh with triangles: there is nothing to see");
+    }
     let sky = match nodes::chosen_scene(&document.root, &options.gltf)? {
         Some(scene) if options.view.environment.is_none() => {
             extensions::ext_lights_image_based::of_scene((session, reporter), &document, scene)?
@@ -146,10 +150,13 @@ fn read(
         reporter.note(Code::Decision, "", "the scene's image-based light is not seen behind things, but gray paper");
     }
     if is_dark && options.view.environment.is_none() {
-        let Some(studio) = view::studio(session) else { return Ok(None) };
+        let Some(studio) = view::studio(session, View::PLAIN) else { return Ok(None) };
         scene.background.0 = studio;
         scene.settings.0.backdrop = parts::Backdrop::Other(view::PAPER);
         reporter.note(Code::Decision, "", "the file has no lights: a studio lights it");
+    } else if !is_dark && scene.background.0.is_black() && options.view.environment.is_none() {
+        let message = "the file's lights alone light it; `--environment studio` adds a studio";
+        reporter.note(Code::Decision, "", message);
     }
     Ok(view::apply(session, &mut scene, &options.view, span).map(|()| scene))
 }
@@ -192,6 +199,8 @@ fn read_part(
             let names = || document.root.nodes.iter().map(|node| node.name.as_deref());
             let Some(found) = names().position(|known| known == Some(name)) else {
                 let error = session.sources.error(Code::UnknownName, span, format!("the file has no node {name:?}"));
+                let error =
+                    if names().flatten().next().is_none() { error.help("its nodes have no names") } else { error };
                 session.found.push(error.nearest_name(name, names().flatten()));
                 return Ok(None);
             };

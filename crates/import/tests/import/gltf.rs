@@ -8,7 +8,7 @@ use bevy_ecs::hierarchy::ChildOf;
 use bevy_ecs::name::Name;
 use bevy_ecs::query::Without;
 use bevy_ecs::world::World;
-use brewster_import::{GltfChoices, Importer, LoadOptions, Loaded, Severity, load_scene};
+use brewster_import::{Diagnostic, GltfChoices, Importer, LoadOptions, Loaded, Severity, load_scene};
 use brewster_world::components::parts::TriangleMesh;
 use brewster_world::components::{Camera, Motion, Projection, Shape, Transform};
 use glam::{Affine3A, Vec3};
@@ -275,6 +275,19 @@ fn errors_name_the_place_in_the_json() {
         assert_eq!(said.path.as_deref(), path, "{name}: {failure}");
         assert!(said.message.contains(part), "{name}: {failure}");
     }
+}
+
+/// A folder's only other file is no buffer; an empty scene shows nothing; the default material stands nowhere in its file.
+#[test]
+fn what_is_told_helps() {
+    let load = |name: &str| load_scene(&folder().join("broken").join(name), &LoadOptions::default());
+    let failure = load("assimp/test/models/glTF2/MissingBin/BoxTextured.gltf").expect_err("it has no buffer");
+    assert!(failure.diagnostics.iter().all(|said| said.help.is_none()), "{failure}");
+    let empty = load("sharpgltf/tests/Assets/SpecialCases/Invalid_EmptyArray.gltf").expect("it can be used");
+    let told = |said: &Diagnostic| said.severity == Severity::Warning && said.message.contains("nothing to see");
+    assert!(empty.diagnostics.iter().any(told), "{:?}", empty.diagnostics);
+    let plain = load("gltf-rs/gltf-json/tests/minimal_accessor_invalid.gltf").expect("it can be used");
+    assert!(plain.diagnostics.iter().all(|said| said.path.is_none()), "{:?}", plain.diagnostics);
 }
 
 #[test]

@@ -31,6 +31,9 @@ use place::{frame_around_y, is_off};
 /// The height of the picture on full-frame film in meters, for which f-stops are given.
 const FILM_HEIGHT: f32 = 0.024;
 
+/// Angles of view below this one, in degrees, were probably meant to be radians.
+const NARROW: f32 = 2.0;
+
 /// The whole of a scene's settings, but for the integrator, which may have been chosen elsewhere.
 pub(crate) fn settings(settings: &schema::Settings, integrator: parts::Integrator) -> parts::Settings {
     let [width, height] = settings.resolution;
@@ -103,6 +106,11 @@ pub(crate) fn camera(
 ) -> Option<(world::Camera, Affine3A, Option<world::Motion>)> {
     let (eye, target, up, lens, motion, projection) = match &camera.value {
         schema::Camera::Perspective { eye, target, up, vfov, lens, motion } => {
+            if *vfov < NARROW {
+                let message = format!("a camera that sees {vfov} degrees: angles are in degrees");
+                let warning = session.sources.warning(Code::Range, camera.span, message);
+                session.found.push(warning.help(format!("{vfov} radians are {:.1} degrees", vfov.to_degrees())));
+            }
             (eye, target, up, lens, motion, world::Projection::Perspective { vfov: vfov.to_radians() })
         }
         schema::Camera::Orthographic { eye, target, up, height, lens, motion } => {

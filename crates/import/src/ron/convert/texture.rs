@@ -23,7 +23,11 @@ pub(super) fn albedo(session: &mut Session, color: &Paint, field: &str, span: Sp
     };
     if largest > 1.0 {
         let message = format!("`{field}` of {largest}: the surface sends back more light than it gets");
-        session.warning(Code::Albedo, span, message);
+        let warning = session.sources.warning(Code::Albedo, span, message);
+        session.found.push(match largest {
+            2.0.. => warning.help("colors go from 0 to 1; those of 0 to 255 are written \"#rrggbb\""),
+            _ => warning,
+        });
     }
     paint(session, color)
 }

@@ -28,6 +28,11 @@ pub(crate) fn parse(sources: &Sources, source: SourceId, start: usize, limits: &
         parser.at = '\u{feff}'.len_utf8();
     }
     parser.skip_attributes()?;
+    parser.skip_space()?;
+    if start == 0 && parser.at == text.len() {
+        let error = parser.error("there is nothing in the file");
+        return Err(error.expected("a value such as `Scene( … )`").into());
+    }
     let node = parser.value()?;
     parser.skip_space()?;
     if parser.at < text.len() {
@@ -219,6 +224,11 @@ impl<'s> Parser<'s> {
                 Ok(true)
             }
             None => Err(self.unclosed(close, open).into()),
+            Some(')' | ']' | '}') => {
+                let found = self.found();
+                let error = self.error(format!("expected a value or `{close}`, found {found}"));
+                Err(error.note(self.opened(open)).into())
+            }
             Some(_) => Ok(false),
         }
     }
@@ -235,13 +245,33 @@ impl<'s> Parser<'s> {
             None => Err(self.unclosed(close, open).into()),
             Some(c) => {
                 let found = self.found();
-                let error = self.error(format!("expected `,` or `{close}`, found {found}"));
-                let opened = format!("the bracket was opened at {}", self.sources.describe(open));
-                let error = error.note(opened);
-                let closes_another = matches!(c, ')' | ']' | '}');
-                Err(if closes_another { error } else { error.help("is a comma missing before it?") }.into())
+                let error = self.error(format!("expected `,` or `{close}`, found {found}")).note(self.opened(open));
+                Err(match self.instead_of_comma(c) {
+                    Some(help) => error.help(help).into(),
+                    None => error.into(),
+                })
             }
         }
+    }
+
+    /// What an author may have meant who wrote another character than a comma behind a value.
+    fn instead_of_comma(&self, found: char) -> Option<String> {
+        let before = self.text[..self.at].trim_end();
+        let string = before.strip_suffix('"').and_then(|before| before.rfind('"'));
+        match (found, string) {
+            (')' | ']' | '}', _) => None,
+            (_, Some(start)) if before[start..].contains('\n') => {
+                let start = self.sources.describe(self.span(start, start + 1));
+                Some(format!("the string from {start} ends in another line: is its closing `\"` missing?"))
+            }
+            (':', Some(_)) => Some("fields are written `name: value`, their names without quotes".into()),
+            (';', _) => Some("values are parted by commas".into()),
+            _ => Some("is a comma missing before it?".into()),
+        }
+    }
+
+    fn opened(&self, open: Span) -> String {
+        format!("the bracket was opened at {}", self.sources.describe(open))
     }
 
     fn unclosed(&self, close: char, open: Span) -> Diagnostic {
