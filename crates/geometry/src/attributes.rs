@@ -75,9 +75,8 @@ impl SceneGeometry<'_> {
         let mut moved = None;
         let (_, to_object) = self.place_at(place.instance, place.time, &mut moved);
         let shape = self.shapes[place.instance as usize];
-        let point = to_object.point_f64(place.position.as_dvec3());
         let gradients = with_shape!(self.table, shape,
-            analytic => analytic.uv_gradients(point, place.primitive),
+            analytic => analytic.uv_gradients(to_object.point_f64(place.position.as_dvec3()), place.primitive),
             mesh => self.table.meshes[mesh].uv_gradients(place.primitive as usize, set)
         );
         gradients.map(|gradient| {

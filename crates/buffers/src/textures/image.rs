@@ -134,19 +134,8 @@ impl Image {
     #[inline(always)]
     pub fn texel(&self, index: usize, encoding: Encoding) -> Vec4 {
         match &self.texels {
-            Texels::Bytes(texels) => {
-                let [r, g, b, a] = texels[index].map(usize::from);
-                let table = if encoding == Encoding::Srgb { &SRGB } else { &UNIT };
-                Vec4::new(table[r], table[g], table[b], UNIT[a])
-            }
-            Texels::Words(texels) => {
-                let [r, g, b, a] = texels[index];
-                let channel = |value| match encoding {
-                    Encoding::Srgb => linear_from_srgb16(value),
-                    Encoding::Linear => f32::from(value) / 65535.0,
-                };
-                Vec4::new(channel(r), channel(g), channel(b), f32::from(a) / 65535.0)
-            }
+            Texels::Bytes(texels) => of_bytes(texels[index], color_table(encoding)),
+            Texels::Words(texels) => of_words(texels[index], encoding),
             Texels::Floats(texels) => Vec3::from_array(texels[index]).extend(1.0),
         }
     }
@@ -215,13 +204,13 @@ impl ImageTexture {
         let Some(pyramid) = self.pyramid.as_ref().filter(|_| pixels > 1.0) else { return self.look(uv) };
         let levels = pyramid.levels();
         let level = math::log2(pixels).min(levels.len() as f32);
-        let low = level.floor();
+        let low = floor(level);
         let at = |level: usize| match level.checked_sub(1).and_then(|below| levels.get(below)) {
             // A level has words, or the floats of its picture.
             Some(level) => match &level.texels {
                 Texels::Words(texels) => {
-                    let texel = |index: usize| Vec4::from_array(texels[index].map(f32::from));
-                    self.mix([level.width, level.height], texel, uv) * (1.0 / 65535.0)
+                    let raw = |index: usize| Vec4::from_array(texels[index].map(f32::from));
+                    self.corners(level, uv).mix(raw) * (1.0 / 65535.0)
                 }
                 _ => self.look_at(level, Encoding::Linear, uv),
             },
@@ -235,7 +224,8 @@ impl ImageTexture {
     #[inline]
     pub(super) fn pixels_across(&self, [of_u, of_v]: [Vec3; 2]) -> f32 {
         let [u, v] = self.transform.rows.map(|[a, b, _]| of_u * a + of_v * b);
-        (u * self.image.width as f32).length().max((v * self.image.height as f32).length())
+        let of_u = (u * self.image.width as f32).length_squared();
+        of_u.max((v * self.image.height as f32).length_squared()).sqrt()
     }
 
     /// How much a channel grows with u and v of the picture, from half a pixel before to half a pixel behind.
@@ -257,32 +247,30 @@ impl ImageTexture {
     /// The same of the picture in another size.
     #[inline]
     fn look_at(&self, image: &Image, encoding: Encoding, uv: Vec2) -> Vec4 {
-        self.mix([image.width, image.height], |index| image.texel(index, encoding), uv)
+        let corners = self.corners(image, uv);
+        match &image.texels {
+            Texels::Bytes(texels) => {
+                let table = color_table(encoding);
+                corners.mix(|index| of_bytes(texels[index], table))
+            }
+            Texels::Words(texels) => corners.mix(|index| of_words(texels[index], encoding)),
+            Texels::Floats(texels) => corners.mix(|index| Vec3::from_array(texels[index]).extend(1.0)),
+        }
     }
 
-    /// What the filter makes of the pixels of a picture around a place.
+    /// The pixels of a picture around a place.
     #[inline(always)]
-    fn mix(&self, [width, height]: [u32; 2], texel: impl Fn(usize) -> Vec4, uv: Vec2) -> Vec4 {
+    fn corners(&self, image: &Image, uv: Vec2) -> Corners {
         let [wrap_u, wrap_v] = self.wrap;
         let (x, y) = (wrap_u.within(uv.x), 1.0 - wrap_v.within(uv.y));
-        let texel = |x: usize, y: usize| texel(y * width as usize + x);
-        match self.filter {
-            Filter::Nearest => {
-                let index = |x: f32, size: u32, wrap: Wrap| wrap.index((x * size as f32).floor() as i64, size);
-                texel(index(x, width, wrap_u), index(y, height, wrap_v))
-            }
-            Filter::Linear => {
-                let place = |x: f32, size: u32, wrap: Wrap| {
-                    let x = x * size as f32 - 0.5;
-                    let low = x.floor();
-                    (wrap.index(low as i64, size), wrap.index((low + 1.0) as i64, size), x - low)
-                };
-                let (x0, x1, fx) = place(x, width, wrap_u);
-                let (y0, y1, fy) = place(y, height, wrap_v);
-                let top = texel(x0, y0) * (1.0 - fx) + texel(x1, y0) * fx;
-                let bottom = texel(x0, y1) * (1.0 - fx) + texel(x1, y1) * fx;
-                top * (1.0 - fy) + bottom * fy
-            }
+        let ([left, right], across) = self.filter.between(x, image.width, wrap_u);
+        let ([above, below], down) = self.filter.between(y, image.height, wrap_v);
+        let pixel = |row: usize, column: usize| row * image.width as usize + column;
+        Corners {
+            top: [pixel(above, left), pixel(above, right)],
+            bottom: [pixel(below, left), pixel(below, right)],
+            across,
+            down,
         }
     }
 
@@ -294,13 +282,79 @@ impl ImageTexture {
     }
 }
 
+/// Four pixels around a place, and how far it is from the first ones to the others.
+struct Corners {
+    top: [usize; 2],
+    bottom: [usize; 2],
+    across: f32,
+    down: f32,
+}
+
+impl Corners {
+    /// A bilinear mean.
+    #[inline(always)]
+    fn mix(&self, texel: impl Fn(usize) -> Vec4) -> Vec4 {
+        let row = |[left, right]: [usize; 2]| texel(left) * (1.0 - self.across) + texel(right) * self.across;
+        row(self.top) * (1.0 - self.down) + row(self.bottom) * self.down
+    }
+}
+
+impl Filter {
+    /// The two pixels of a row of `size` between which a place of it is, from 0 to 1 along the row, and how far it is from the first.
+    #[inline(always)]
+    fn between(self, place: f32, size: u32, wrap: Wrap) -> ([usize; 2], f32) {
+        let place = place * size as f32;
+        match self {
+            Filter::Nearest => {
+                let index = wrap.index(floor(place) as i32, size);
+                ([index; 2], 0.0)
+            }
+            Filter::Linear => {
+                let place = place - 0.5;
+                let low = floor(place);
+                ([wrap.index(low as i32, size), wrap.index(low as i32 + 1, size)], place - low)
+            }
+        }
+    }
+}
+
+/// What lies in the colors of a picture of bytes.
+#[inline(always)]
+fn color_table(encoding: Encoding) -> &'static [f32; 256] {
+    if encoding == Encoding::Srgb { &SRGB } else { &UNIT }
+}
+
+#[inline(always)]
+fn of_bytes([r, g, b, a]: [u8; 4], table: &[f32; 256]) -> Vec4 {
+    Vec4::new(table[usize::from(r)], table[usize::from(g)], table[usize::from(b)], UNIT[usize::from(a)])
+}
+
+#[inline(always)]
+fn of_words([r, g, b, a]: [u16; 4], encoding: Encoding) -> Vec4 {
+    let channel = |value| match encoding {
+        Encoding::Srgb => linear_from_srgb16(value),
+        Encoding::Linear => f32::from(value) / 65535.0,
+    };
+    Vec4::new(channel(r), channel(g), channel(b), f32::from(a) / 65535.0)
+}
+
+/// The largest whole number that is not above x, without the call that `f32::floor` is where SSE4.1 may be absent.
+#[inline(always)]
+fn floor(x: f32) -> f32 {
+    /// From here on f32 has whole numbers alone.
+    const WHOLE: f32 = 8_388_608.0;
+    let toward_zero = x as i32 as f32;
+    let down = if toward_zero > x { toward_zero - 1.0 } else { toward_zero };
+    if x.abs() < WHOLE { down } else { x }
+}
+
 impl Wrap {
     /// Brings a coordinate near to 0, where f32 is fine: into the period of the picture, rounded to its end just below it.
     #[inline(always)]
     fn within(self, x: f32) -> f32 {
         match self {
-            Wrap::Repeat => x - x.floor(),
-            Wrap::Mirror => x - 2.0 * (x * 0.5).floor(),
+            Wrap::Repeat => x - floor(x),
+            Wrap::Mirror => x - 2.0 * floor(x * 0.5),
             Wrap::Clamp => x.clamp(0.0, 1.0),
         }
     }
@@ -308,9 +362,9 @@ impl Wrap {
     /// The pixel, of `size` in a row, that stands at a place of the row that goes on beyond its ends: at most a period before the
     /// first or behind the last.
     #[inline(always)]
-    fn index(self, place: i64, size: u32) -> usize {
-        let size = i64::from(size);
-        let within = |period: i64| match place {
+    fn index(self, place: i32, size: u32) -> usize {
+        let size = size as i32;
+        let within = |period: i32| match place {
             place if place < 0 => place + period,
             place if place >= period => place - period,
             place => place,
@@ -335,6 +389,16 @@ mod tests {
     fn two_by_two() -> Arc<Image> {
         let pixels = vec![[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 1.0, 1.0]];
         Arc::new(Image { width: 2, height: 2, texels: Texels::Floats(pixels) })
+    }
+
+    /// As `f32::floor` says.
+    #[test]
+    fn whole_numbers_are_found_without_a_call() {
+        let near = [0.0, 0.3, 1.0, 1.5, 2.999_999_8, 7.0, 8_388_607.5, 8_388_608.0, 16_777_215.0, 3e9, 1e30];
+        for x in near.into_iter().chain([f32::MIN_POSITIVE, 1e-40, f32::INFINITY]).flat_map(|x| [x, -x]) {
+            assert_eq!(floor(x), x.floor(), "{x}");
+        }
+        assert!(floor(f32::NAN).is_nan());
     }
 
     #[test]
