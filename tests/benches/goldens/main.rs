@@ -44,7 +44,7 @@ const DISTRUSTED: &[(&str, &str, &str)] = &[
     ("EmissiveStrengthTest", "blender-cycles", "another unit of light"),
     ("EmissiveStrengthTest", "vray", "another unit of light"),
     ("IridescenceSuzanne", "blender-cycles", "no thin films"),
-    ("AnisotropyStrengthTest", "three-gpu-pathtracer", "no anisotropy"),
+    ("AnisotropyStrengthTest", "blender-cycles", "no anisotropy"),
 ];
 
 /// How pictures are made.
