@@ -155,7 +155,17 @@ impl SceneBuffers {
     /// Linear color and alpha of a texture at a place.
     #[inline]
     pub fn texture(&self, texture: TextureId, place: &SeenPlace) -> Vec4 {
-        let texture = &self.textures.rows[texture.0 as usize];
+        let (last, found) = place.last.get();
+        if last == texture {
+            return found;
+        }
+        let found = self.looked_up(&self.textures.rows[texture.0 as usize], place);
+        place.last.set((texture, found));
+        found
+    }
+
+    #[inline]
+    fn looked_up(&self, texture: &Texture, place: &SeenPlace) -> Vec4 {
         if let Texture::Image(image) = texture
             && place.width > 0.0
             && image.pyramid.is_some()

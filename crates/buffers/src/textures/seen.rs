@@ -4,23 +4,26 @@ use std::cell::Cell;
 use std::ops::Deref;
 
 use brewster_geometry::{SurfacePlace, UvSet};
-use glam::Vec3;
+use glam::{Vec3, Vec4};
 
-use crate::SceneBuffers;
+use crate::{SceneBuffers, TextureId};
 
 /// A place of a surface, where any number of textures are looked up: how their coordinates run over the surface is found once, and
-/// only if one of them asks. Belongs to one hit and one thread.
+/// only if one of them asks; a texture of which several channels are asked one after the other is looked up once. Belongs to one hit
+/// and one thread.
 #[derive(Clone, Debug)]
 pub struct SeenPlace {
     place: SurfacePlace,
     /// Of the first coordinates.
     gradients: Cell<Option<[Vec3; 2]>>,
+    /// The texture that was looked up last, and what was found.
+    pub(super) last: Cell<(TextureId, Vec4)>,
 }
 
 impl From<SurfacePlace> for SeenPlace {
     #[inline(always)]
     fn from(place: SurfacePlace) -> SeenPlace {
-        SeenPlace { place, gradients: Cell::new(None) }
+        SeenPlace { place, gradients: Cell::new(None), last: Cell::new((TextureId::NONE, Vec4::ZERO)) }
     }
 }
 

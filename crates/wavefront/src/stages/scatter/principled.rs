@@ -35,6 +35,8 @@ impl Scatter for OnPrincipled {
             let roughness = part(source);
             roughness * roughness
         };
+        // Both are often channels of one texture.
+        let metallic = part(material.metallic);
         let (facets, direction) = facets(context, (hit, place), sides.normal, &material, alpha(material.roughness));
         let (iridescence, thickness) = if material.iridescence.is_zero() {
             (0.0, 0.0)
@@ -45,7 +47,7 @@ impl Scatter for OnPrincipled {
         };
         Principled::new(&Parameters {
             base_color: color(material.base_color).min(Vec3::ONE),
-            metallic: part(material.metallic),
+            metallic,
             facets,
             direction,
             ior: material.ior,
