@@ -3,7 +3,7 @@
 //!
 //! A direction is drawn from a few [bundles](Bundle) that lie about where the surface is bright, and the surface's value there over
 //! the density of the drawing is an unbiased estimate of what it sends on in all. However badly the bundles fit, the mean is right;
-//! the better they do, the less it scatters. What is sent into single directions has no value and is added exactly.
+//! the better they do, the less it scatters. What it costs in time stands with the ledger that uses it. What is sent into single directions has no value and is added exactly.
 //!
 //! A bundle is a spherical Cauchy distribution (S. Kato and P. McCullagh, *Some properties of a Cauchy family on the sphere derived
 //! from the Möbius transformations*, Bernoulli 26, 2020), `((1-ρ²)/(1+ρ²-2ρ cosθ))²/4π`. Around the mirror image along the normal it

@@ -58,7 +58,8 @@ impl LightChoice {
             })
     }
 
-    /// Has it follow changed sources that a ray can meet, by their numbers: afterwards it equals a new one. Tells whether any of them is another than before.
+    /// Has it follow changed sources that a ray can meet, by their numbers: afterwards it equals a new one. Tells whether any of
+    /// them is another than before.
     pub(super) fn follow(&mut self, mut changed: Vec<(u32, LightBounds)>) -> bool {
         changed.retain(|(number, source)| self.tree.sources()[*number as usize] != *source);
         if !changed.is_empty() {
