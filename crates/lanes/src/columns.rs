@@ -1,5 +1,22 @@
 //! The `columns!` macro: a field is written once and becomes a column everywhere.
 
+/// Appends those values to a column that are marked; `all` says that all of them are.
+#[doc(hidden)]
+#[inline(always)]
+pub fn extend_marked<T: Copy>(column: &mut Vec<T>, values: &[T], marks: &[bool], all: bool) {
+    let start = column.len();
+    column.extend_from_slice(values);
+    if all {
+        return;
+    }
+    let (fresh, mut count) = (&mut column[start..], 0);
+    for (&value, &mark) in values.iter().zip(marks) {
+        fresh[count] = value;
+        count += usize::from(mark);
+    }
+    column.truncate(start + count);
+}
+
 /// Declares a row and, from the same fields, the owner of its columns, a shared view and an exclusive view.
 ///
 /// `struct Row => Columns, View, ViewMut { pub field: Type, … }`; every type is `Copy` and has a `PartialEq`.
@@ -85,6 +102,13 @@ macro_rules! columns {
                 $( self.$field.push(row.$field); )*
             }
 
+            /// Appends those rows of a view that are marked, without a branch on any of them; panics unless there is a mark for each.
+            #[inline(always)]
+            pub fn extend_marked(&mut self, view: $View<'_>, marks: &[bool]) {
+                let all = marks.iter().fold(true, |all, &mark| all & mark);
+                $( $crate::extend_marked(&mut self.$field, view.$field, marks, all); )*
+            }
+
             /// Inserts a row before row `index`; panics beyond the end.
             pub fn insert(&mut self, index: usize, row: $Row) {
                 $( self.$field.insert(index, row.$field); )*
@@ -166,7 +190,7 @@ macro_rules! columns {
             }
 
             /// Row `index`; panics beyond the end.
-            #[inline]
+            #[inline(always)]
             pub fn get(&self, index: usize) -> $Row {
                 $Row { $( $field: self.$field[index], )* }
             }

@@ -84,32 +84,32 @@ impl Level {
 
 /// Compiles a function's body for every [`Level`] and chooses by the level given as its first argument.
 ///
-/// The body is plain Rust over slices; what it calls must be `#[inline(always)]` to be compiled with it. No level fuses
+/// A kernel is generic over lifetimes or over types, which its arguments tell. The body is plain Rust over slices; what it calls must be `#[inline(always)]` to be compiled with it. No level fuses
 /// a multiplication and an addition on its own, so all of them give the same bits.
 #[macro_export]
 macro_rules! dispatch {
     ($(
         $(#[$meta:meta])*
-        $vis:vis fn $name:ident $(<$($lifetime:lifetime),*>)? ( $($argument:ident : $type:ty),* $(,)? ) $(-> $output:ty)? $body:block
+        $vis:vis fn $name:ident $(<$($lifetime:lifetime),*>)? $(<$($Type:ident: $bound:path),*>)? ( $($argument:ident : $type:ty),* $(,)? ) $(-> $output:ty)? $body:block
     )*) => {$(
         $(#[$meta])*
         #[allow(unsafe_code, reason = "the level proves that the instruction set is there")]
         #[allow(clippy::too_many_arguments, reason = "a kernel takes its columns")]
-        $vis fn $name $(<$($lifetime),*>)? (level: $crate::Level, $($argument: $type),*) $(-> $output)? {
+        $vis fn $name $(<$($lifetime),*>)? $(<$($Type: $bound),*>)? (level: $crate::Level, $($argument: $type),*) $(-> $output)? {
             #[inline(always)]
             #[allow(clippy::too_many_arguments, reason = "a kernel takes its columns")]
-            fn body $(<$($lifetime),*>)? ($($argument: $type),*) $(-> $output)? $body
+            fn body $(<$($lifetime),*>)? $(<$($Type: $bound),*>)? ($($argument: $type),*) $(-> $output)? $body
 
             #[cfg(target_arch = "x86_64")]
             {
                 #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
                 #[allow(clippy::too_many_arguments, reason = "a kernel takes its columns")]
-                fn avx2 $(<$($lifetime),*>)? ($($argument: $type),*) $(-> $output)? {
+                fn avx2 $(<$($lifetime),*>)? $(<$($Type: $bound),*>)? ($($argument: $type),*) $(-> $output)? {
                     body($($argument),*)
                 }
                 #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx512cd,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
                 #[allow(clippy::too_many_arguments, reason = "a kernel takes its columns")]
-                fn avx512 $(<$($lifetime),*>)? ($($argument: $type),*) $(-> $output)? {
+                fn avx512 $(<$($lifetime),*>)? $(<$($Type: $bound),*>)? ($($argument: $type),*) $(-> $output)? {
                     body($($argument),*)
                 }
                 if level.has_avx512() {

@@ -38,5 +38,6 @@ mod dispatch;
 pub mod math;
 mod prefetch;
 
+pub use columns::extend_marked;
 pub use dispatch::Level;
 pub use prefetch::prefetch;

@@ -24,10 +24,25 @@
 //!
 //! The squared ratio of indices, by which radiance changes at a boundary, is no energy and is not in weights.
 
+use std::num::Wrapping;
+
 use glam::Vec3;
 
 /// Units of energy in a weight of 1.
 const SCALE: f32 = (1 << 24) as f32;
+
+/// A value of a weight in units of the ledger's sums, rounded; what is no number is 0, and none is beyond ±2²⁶.
+#[inline(always)]
+pub(crate) fn units(value: f32) -> Wrapping<i64> {
+    /// Adding it to an f64 below 2⁵¹ in size leaves the nearest integer in the low bits.
+    const ROUND: f64 = 6_755_399_441_055_744.0;
+    const LIMIT: f32 = (1u64 << 50) as f32;
+    let units = value * SCALE;
+    let units = if units < LIMIT { units } else { LIMIT };
+    let units = if units > -LIMIT { units } else { -LIMIT };
+    let units = if value == value { units } else { 0.0 };
+    Wrapping(((f64::from(units) + ROUND).to_bits() as i64) - ROUND.to_bits() as i64)
+}
 
 /// A sum of weights by channel, in units of 2⁻²⁴.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -37,10 +52,15 @@ impl Energy {
     /// Adds a weight.
     #[inline(always)]
     pub fn add(&mut self, weight: Vec3) {
-        let Vec3 { x, y, z } = weight * SCALE;
-        for (sum, value) in self.0.iter_mut().zip([x, y, z]) {
-            *sum = sum.wrapping_add(value as i64);
+        for (channel, value) in weight.to_array().into_iter().enumerate() {
+            self.add_units(channel, units(value));
         }
+    }
+
+    /// Adds to a channel.
+    #[inline(always)]
+    pub(crate) fn add_units(&mut self, channel: usize, sum: Wrapping<i64>) {
+        self.0[channel] = self.0[channel].wrapping_add(sum.0);
     }
 
     /// Takes a weight away.

@@ -21,8 +21,8 @@ use crate::queues::{
     Contribution, OnCoated, OnDielectric, OnLambert, OnMetal, OnPrincipled, OnRoughDiffuse, PathRay, RaySource, Sample,
     Scattering, ShadowRay, SurfaceHit,
 };
-use crate::random::PixelKey;
-use crate::stages::scatter::{Scatter, cut, scatter_at, scatter_in_medium};
+use crate::random::{PixelKey, Stream};
+use crate::stages::scatter::{Rows, Scatter, cut, scatter_block, scatter_in_medium};
 use crate::stages::shade::{Continuation, emitted, light_lambert, light_phong, mirror_at_metal, split_at_dielectric};
 use crate::stages::{
     Arrival, Arrived, DrawOnDemand, Met, Outlet, Progress, Traveler, arrive, behind, behind_veil, camera_ray,
@@ -153,6 +153,53 @@ impl<M: Copy> Outlet for Sent<'_, M> {
     #[inline(always)]
     fn light(&mut self, contribution: Contribution) {
         self.lights.push((contribution, self.mark));
+    }
+}
+
+/// One hit, as a block of rows.
+struct Row<'r, 'a> {
+    context: &'r Context<'a>,
+    ray: &'r PathRay,
+    hit: &'r SurfaceHit,
+    sample: &'r Sample,
+    depth: u32,
+}
+
+impl<'r> Rows for Row<'r, '_> {
+    type Numbers = DrawOnDemand<'r>;
+
+    #[inline(always)]
+    fn len(&self) -> usize {
+        1
+    }
+
+    #[inline(always)]
+    fn depth(&self) -> u32 {
+        self.depth
+    }
+
+    #[inline(always)]
+    fn ray(&self, _: usize) -> PathRay {
+        *self.ray
+    }
+
+    #[inline(always)]
+    fn hit(&self, _: usize) -> SurfaceHit {
+        *self.hit
+    }
+
+    #[inline(always)]
+    fn numbers(&self, _: usize) -> DrawOnDemand<'r> {
+        DrawOnDemand {
+            sampler: &self.context.sampler,
+            stream: self.stream(self.ray, self.ray.branch),
+            depth: self.depth,
+        }
+    }
+
+    #[inline(always)]
+    fn stream(&self, _: &PathRay, branch: u32) -> Stream {
+        self.context.sampler.stream(self.sample.key, self.sample.number, branch)
     }
 }
 
@@ -366,9 +413,8 @@ impl<B: Beside> Follower<'_, '_, '_, B> {
             return cut(context, ray.weight, counts);
         }
         count(counts, Stage::Draw);
-        let stream = |branch| context.sampler.stream(sample.key, sample.number, branch);
-        let numbers = DrawOnDemand { sampler: &context.sampler, stream: stream(ray.branch), depth };
-        scatter_at::<Kind>(context, (*ray, *hit, depth), numbers, stream, sent, stacks, counts);
+        let row = Row { context, ray, hit, sample, depth };
+        scatter_block::<Kind, _, 1>(context, &row, sent, stacks, counts);
     }
 
     /// What a medium makes of a ray that it scatters; it changes no mark.

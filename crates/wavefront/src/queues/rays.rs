@@ -183,6 +183,12 @@ impl<Source> RayQueue<Source> {
         self.rays.push(ray);
     }
 
+    /// Adds those rays that are marked.
+    #[inline(always)]
+    pub fn extend_marked(&mut self, rays: PathRaysView<'_>, marks: &[bool]) {
+        self.rays.extend_marked(rays, marks);
+    }
+
     /// Moves at most `limit` rays into `taken`, which is emptied first: all of them by exchanging the memory, if it is of
     /// one size, or the last ones by copying.
     pub fn take(&mut self, limit: usize, taken: &mut PathRayColumns) {

@@ -25,7 +25,7 @@ pub use absorb::absorb;
 pub(crate) use absorb::weaken;
 pub(crate) use cross::behind;
 pub use cross::cross;
-pub use draw::{Draw, DrawOnDemand, Draws, DrawsView, Numbers, Points, draw};
+pub use draw::{Draw, DrawOnDemand, Drawn, Draws, DrawsView, Numbers, Points, draw};
 pub use escape::escape;
 pub(crate) use escape::seen_behind;
 pub(crate) use fly::{Arrived, Traveler, fly_on};

@@ -5,7 +5,7 @@ use brewster_optics::lobe::power_heuristic;
 use brewster_optics::phase::{henyey_greenstein, sample_henyey_greenstein};
 use glam::Vec3;
 
-use super::{Onward, cut, survive};
+use super::{Onward, cut, roulette};
 use crate::context::Context;
 use crate::media::MediaStacks;
 use crate::queues::{Event, PathRay, PathRaysView, SamplesView, Scattering, ScatteringsView, ShadowRay};
@@ -65,7 +65,24 @@ pub(crate) fn scatter_in_medium(
     if context.albedos.is_some() {
         counts.ledger.scattered.add(ray.weight);
     }
-    let Some(weight) = survive(context, ray.weight, &numbers, counts) else { return };
+    let spared = if context.scene.settings.roulette && roulette::is_asked(ray.weight) {
+        roulette::spared(ray.weight, numbers.roulette())
+    } else {
+        Some(ray.weight)
+    };
+    let ledger = context.albedos.is_some().then_some(&mut counts.ledger);
+    let Some(weight) = spared else {
+        counts.given_up += 1;
+        if let Some(ledger) = ledger {
+            ledger.roulette_removed.add(ray.weight);
+        }
+        return;
+    };
+    if let Some(ledger) = ledger {
+        ledger.onward.add(weight);
+        ledger.roulette_added.add(weight);
+        ledger.roulette_added.take(ray.weight);
+    }
     let before = ray.direction();
     let direction = sample_henyey_greenstein(anisotropy, before, numbers.direction());
     let pdf = henyey_greenstein(anisotropy, before.dot(direction));

@@ -2,6 +2,7 @@
 //!
 //! All kinds take the same steps, [`scatter`]; a kind says by its [`Surface`] how a surface of it scatters light.
 
+mod arrivals;
 mod coated;
 mod dielectric;
 mod lambert;
@@ -9,27 +10,28 @@ mod medium;
 mod metal;
 mod principled;
 mod rough_diffuse;
+mod roulette;
 
+pub(crate) use arrivals::{Rows, scatter_block};
 pub(crate) use metal::Conductor;
 
-use brewster_buffers::{DetailId, Integrator, LightSample, MaterialKind};
-use brewster_geometry::{Hit, SurfacePoint, offset_origin};
+use brewster_buffers::{DetailId, Integrator, MaterialKind};
+use brewster_geometry::{Hit, SurfacePoint};
+use brewster_lanes::dispatch;
 use brewster_optics::basis::Basis;
 use brewster_optics::dispersion::PathWavelength;
-use brewster_optics::lobe::{DELTA, LobeSample, LobeSplit, LobeValue, power_heuristic};
+use brewster_optics::lobe::{LobeSample, LobeSplit, LobeValue};
 use glam::{Vec2, Vec3};
 
 pub(crate) use self::medium::scatter_in_medium;
 pub use self::medium::scatter_medium;
 use super::shade::facing_normals;
-use super::{DrawsView, Numbers, Outlet, Points, Queues};
+use super::{Drawn, DrawsView, Points, Queues};
 use crate::albedo::Albedos;
 use crate::context::Context;
-use crate::ledger::Ledger;
 use crate::media::{MediaId, MediaStacks, Medium};
 use crate::queues::{
-    Contribution, End, Event, HitsOf, OnDielectric, OnPrincipled, PathRay, PathRaysView, SamplesView, ShadowRay,
-    SurfaceHit, SurfaceHitsView,
+    HitsOf, OnDielectric, OnPrincipled, PathRay, PathRaysView, SamplesView, ShadowRay, SurfaceHit, SurfaceHitsView,
 };
 use crate::random::{Decision, Stream};
 use crate::stats::Counts;
@@ -122,25 +124,6 @@ pub struct Onward<'a> {
     pub stacks: &'a mut MediaStacks,
 }
 
-/// A ray's arrival at a surface: what does not depend on the kind.
-struct Arrival<'a, N> {
-    context: &'a Context<'a>,
-    /// The ray, its wavelength drawn if the surface disperses.
-    ray: PathRay,
-    /// Its weight before.
-    arrived: Vec3,
-    hit: SurfaceHit,
-    depth: u32,
-    numbers: N,
-    frame: Basis,
-    /// The geometric normal on the side that the ray came from.
-    geometric: Vec3,
-    media: [MediaId; 2],
-    view: Vec3,
-    /// Whether the surface lets light through.
-    transmits: bool,
-}
-
 /// Below the maximum depth, for each hit: a shadow ray toward a light and one toward the background, and a ray on, into one
 /// queue by chance or, above the split depth, into both.
 ///
@@ -158,16 +141,79 @@ pub fn scatter<Kind: Scatter>(
     onward: &mut Onward<'_>,
     counts: &mut Counts,
 ) {
-    let hits = hits.columns();
     if onward.queues.next.is_none() {
-        return hits.rays().iter().for_each(|&ray| cut(context, rays.weight[ray as usize], counts));
+        return hits.columns().rays().iter().for_each(|&ray| cut(context, rays.weight[ray as usize], counts));
     }
-    for row in 0..hits.len() {
-        let hit = hits.get(row);
-        let ray = rays.get(hit.ray as usize);
-        let stream = |branch| samples.stream(&context.sampler, ray.sample, branch);
-        let arrived = (ray, hit, onward.depth);
-        scatter_at::<Kind>(context, arrived, draws.get(row), stream, &mut onward.queues, onward.stacks, counts);
+    scatter_blocks(context.policy.level, context, rays, hits, draws, samples, onward, counts);
+}
+
+dispatch! {
+    fn scatter_blocks<Kind: Scatter>(
+        context: &Context<'_>,
+        rays: PathRaysView<'_>,
+        hits: &HitsOf<'_, Kind>,
+        draws: DrawsView<'_>,
+        samples: SamplesView<'_>,
+        onward: &mut Onward<'_>,
+        counts: &mut Counts,
+    ) {
+        let (hits, depth) = (hits.columns(), onward.depth);
+        for start in (0..hits.len()).step_by(LANES) {
+            let queued = Queued { context, rays, hits, draws, samples, start, depth };
+            scatter_block::<Kind, _, LANES>(context, &queued, &mut onward.queues, onward.stacks, counts);
+        }
+    }
+}
+
+/// A block of the rows of queues.
+struct Queued<'q, 'a> {
+    context: &'q Context<'a>,
+    rays: PathRaysView<'q>,
+    hits: SurfaceHitsView<'q>,
+    draws: DrawsView<'q>,
+    samples: SamplesView<'q>,
+    start: usize,
+    depth: u32,
+}
+
+impl Queued<'_, '_> {
+    #[inline(always)]
+    fn row(&self, lane: usize) -> usize {
+        (self.start + lane).min(self.hits.len() - 1)
+    }
+}
+
+impl<'q> Rows for Queued<'q, '_> {
+    type Numbers = Drawn<'q>;
+
+    #[inline(always)]
+    fn len(&self) -> usize {
+        LANES.min(self.hits.len() - self.start)
+    }
+
+    #[inline(always)]
+    fn depth(&self) -> u32 {
+        self.depth
+    }
+
+    #[inline(always)]
+    fn ray(&self, lane: usize) -> PathRay {
+        self.rays.get(self.hits.rays()[self.row(lane)] as usize)
+    }
+
+    #[inline(always)]
+    fn hit(&self, lane: usize) -> SurfaceHit {
+        self.hits.get(self.row(lane))
+    }
+
+    #[inline(always)]
+    fn numbers(&self, lane: usize) -> Drawn<'q> {
+        self.draws.get(self.row(lane))
+    }
+
+    #[inline(always)]
+    fn stream(&self, ray: &PathRay, branch: u32) -> Stream {
+        self.samples.stream(&self.context.sampler, ray.sample, branch)
     }
 }
 
@@ -182,52 +228,6 @@ pub(crate) fn cut(context: &Context<'_>, weight: Vec3, counts: &mut Counts) {
     counts.cut_by_depth += 1;
     if context.albedos.is_some() {
         counts.ledger.cut.add(weight);
-    }
-}
-
-/// One hit of a ray of a depth; `stream` has the numbers of the path's branches.
-#[inline(always)]
-pub(crate) fn scatter_at<Kind: Scatter>(
-    context: &Context<'_>,
-    (mut ray, hit, depth): (PathRay, SurfaceHit, u32),
-    numbers: impl Numbers,
-    stream: impl Fn(u32) -> Stream,
-    outlet: &mut impl Outlet,
-    stacks: &mut MediaStacks,
-    counts: &mut Counts,
-) {
-    let direction = ray.direction();
-    let (geometric, normal) = facing_normals(&hit, direction);
-    let mut sides = sides::<Kind>(context, &ray, &hit, normal, stacks);
-    let arrived = ray.weight;
-    if Kind::TRANSMITS {
-        disperse(context, &mut ray, sides.filling, || stream(1));
-    }
-    sides.wavelength = ray.wavelength;
-    let surface = Kind::surface(context, &hit, &sides);
-    let frame = Basis::around(normal);
-    let view = frame.to_local(-direction);
-    let arrival = Arrival {
-        context,
-        ray,
-        arrived,
-        hit,
-        depth,
-        numbers,
-        frame,
-        geometric,
-        media: sides.media,
-        view,
-        transmits: surface.transmits(),
-    };
-    if !surface.is_smooth() {
-        arrival.toward_lights(&surface, stacks, outlet);
-    }
-    let sent = arrival.onward(&surface, outlet, counts);
-    if let Some(albedos) = &context.albedos {
-        let albedo = Kind::albedo(albedos, &surface, &hit, &sides, view.z)
-            .or_else(|| asked(context, &surface, view, stream(ray.branch), depth));
-        arrival.book(albedo, sent, &mut counts.ledger);
     }
 }
 
@@ -279,7 +279,7 @@ pub(crate) fn ratio<Kind: Scatter>(
     let (_, normal) = facing_normals(hit, direction);
     let mut sides = sides::<Kind>(contexts[0], &ray, hit, normal, stacks);
     if Kind::TRANSMITS && contexts[0].scene.settings.integrator == Integrator::Path {
-        disperse(contexts[0], &mut ray, sides.filling, first);
+        disperse(contexts[0], &mut ray, sides.filling, |_| first());
     }
     sides.wavelength = ray.wavelength;
     let frame = Basis::around(normal);
@@ -322,220 +322,20 @@ pub(crate) fn sides<Kind: Scatter>(
 
 /// Draws the path's wavelength where it first meets a medium whose index depends on it; all branches of a path have the same.
 #[inline(always)]
-fn disperse(context: &Context<'_>, ray: &mut PathRay, filling: [Medium; 2], first: impl FnOnce() -> Stream) {
+fn disperse(context: &Context<'_>, ray: &mut PathRay, filling: [Medium; 2], first: impl FnOnce(&PathRay) -> Stream) {
     let dielectrics = context.scene.materials.dielectric.view();
     if ray.wavelength != PathWavelength::NONE || !filling.iter().any(|medium| medium.disperses(&dielectrics)) {
         return;
     }
-    ray.wavelength = PathWavelength::draw(context.sampler.one(first(), Decision::Wavelength.at(0)));
+    ray.wavelength = PathWavelength::draw(context.sampler.one(first(ray), Decision::Wavelength.at(0)));
     ray.weight *= ray.wavelength.get().map_or(Vec3::ONE, |wavelength| wavelength.weight);
-}
-
-impl<N: Numbers> Arrival<'_, N> {
-    /// Samples a light and the background.
-    #[inline(always)]
-    fn toward_lights(&self, surface: &impl Surface, stacks: &MediaStacks, outlet: &mut impl Outlet) {
-        let scene = self.context.scene;
-        if !scene.emitters.is_empty() {
-            self.toward(self.numbers.light(scene, self.hit.point.position, self.hit.time), surface, stacks, outlet);
-        }
-        if let Some(map) = scene.background.drawn() {
-            self.toward(self.numbers.sky(map), surface, stacks, outlet);
-        }
-    }
-
-    /// Sends a shadow ray toward a light, unless the surface does not scatter from there.
-    #[inline(always)]
-    fn toward(
-        &self,
-        light: Option<LightSample>,
-        surface: &impl Surface,
-        stacks: &MediaStacks,
-        outlet: &mut impl Outlet,
-    ) {
-        let Some(light) = light else { return };
-        let toward = self.frame.to_local(light.direction);
-        if !self.is_open(light.direction, toward) {
-            return;
-        }
-        let value = surface.evaluate(self.view, toward);
-        let scattered = if self.splits() { value.pdf } else { value.chosen_pdf() };
-        let share = if light.is_delta { 1.0 } else { power_heuristic(light.pdf, scattered) };
-        let contribution = self.ray.weight * value.f_cos * light.radiance * (share / light.pdf);
-        if contribution == Vec3::ZERO {
-            return;
-        }
-        let media = self.media_of(light.direction);
-        let origin = self.origin(light.direction);
-        let (direction, distance) = light.ray_from(origin);
-        outlet.shadow(ShadowRay {
-            origin_x: origin.x,
-            origin_y: origin.y,
-            origin_z: origin.z,
-            direction_x: direction.x,
-            direction_y: direction.y,
-            direction_z: direction.z,
-            distance,
-            contribution: contribution * self.context.radiance_scale(stacks, media, self.ray.wavelength),
-            sample: self.ray.sample,
-            trail: self.ray.trail,
-            instance: self.hit.instance,
-            media,
-            passes_sheets: light.is_delta,
-        });
-    }
-
-    /// Sends the path on; tells the weight of what was scattered, before roulette.
-    #[inline(always)]
-    fn onward(&self, surface: &impl Surface, outlet: &mut impl Outlet, counts: &mut Counts) -> [Vec3; 2] {
-        let (u, lobe) = (self.numbers.direction(), self.numbers.lobe());
-        if !self.splits() {
-            let chosen = surface.choose(self.view, u, lobe);
-            return [self.send(chosen, self.ray.branch, outlet, counts), Vec3::ZERO];
-        }
-        let LobeSplit { reflection, transmission, reflectance } = surface.split(self.view, u, lobe);
-        if reflectance == 1.0 {
-            return [self.send(reflection, self.ray.branch, outlet, counts), Vec3::ZERO];
-        }
-        counts.branched += 1;
-        let branch = self.ray.branch.wrapping_mul(2);
-        let reflected = self.send(reflection, branch, outlet, counts);
-        [reflected, self.send(transmission, branch.wrapping_add(1), outlet, counts)]
-    }
-
-    /// Puts a ray into its queue, unless it is absorbed or given up; tells the weight of what was scattered.
-    #[inline(always)]
-    fn send(&self, sample: Option<LobeSample>, branch: u32, outlet: &mut impl Outlet, counts: &mut Counts) -> Vec3 {
-        let scattered = sample.map_or(Vec3::ZERO, |sample| self.ray.weight * sample.weight);
-        let largest = scattered.max_element();
-        if !scattered.is_finite() {
-            counts.absorbed += 1;
-            let PathRay { sample, trail, .. } = self.ray;
-            let (trail, instance) = (trail.end(End::Surface), self.hit.instance);
-            outlet.light(Contribution { radiance: scattered, sample, trail, instance });
-            return Vec3::ZERO;
-        }
-        let Some(sample) = sample.filter(|_| largest > 0.0) else {
-            counts.absorbed += 1;
-            return Vec3::ZERO;
-        };
-        let ledger = self.context.albedos.is_some();
-        let direction = self.frame.to_world(sample.direction);
-        if !self.is_open(direction, sample.direction) {
-            counts.absorbed += 1;
-            if ledger {
-                counts.ledger.below_surface.add(scattered);
-            }
-            return scattered;
-        }
-        let Some(weight) = survive(self.context, scattered, &self.numbers, counts) else { return scattered };
-        let origin = self.origin(direction);
-        let ray = self.ray.along(origin, direction);
-        let event = match (sample.is_transmission(), sample.pdf == DELTA) {
-            (false, true) => Event::Mirrored,
-            (true, true) => Event::Refracted,
-            (false, false) => Event::Spread,
-            (true, false) => Event::SpreadThrough,
-        };
-        let trail = ray.trail.then(event);
-        let ray = PathRay {
-            weight,
-            pdf: sample.pdf,
-            instance: self.hit.instance,
-            media: self.media_of(direction),
-            branch,
-            trail,
-            ..ray
-        };
-        if sample.is_transmission() {
-            counts.transmissions += 1;
-            outlet.transmit(ray);
-        } else {
-            counts.reflections += 1;
-            outlet.reflect(ray);
-        }
-        scattered
-    }
-
-    /// Enters into the ledger what arrived, what is expected of it and what became of it. Where nothing is expected, what the sampler
-    /// sent is believed.
-    #[inline(always)]
-    fn book(&self, albedo: Option<Vec3>, sent: [Vec3; 2], ledger: &mut Ledger) {
-        let arrived = self.ray.weight;
-        let expected = albedo.map_or(sent[0] + sent[1], |albedo| arrived * albedo);
-        ledger.scattered.add(self.arrived);
-        ledger.recolored.add(arrived);
-        ledger.recolored.take(self.arrived);
-        ledger.absorbed.add(arrived);
-        ledger.absorbed.take(expected);
-        ledger.residual.add(expected);
-        sent.into_iter().for_each(|sent| ledger.residual.take(sent));
-        let residual = expected - sent[0] - sent[1];
-        ledger.residual_squares.add(residual * residual);
-    }
-
-    /// Where a ray starts that leaves in a direction.
-    #[inline(always)]
-    fn origin(&self, direction: Vec3) -> Vec3 {
-        let origin = offset_origin(&self.hit.point, direction);
-        match self.context.scene.settings.ray_offset {
-            0.0 => origin,
-            offset => {
-                let further = offset * (1.0 + self.hit.point.position.abs().max_element());
-                origin + self.geometric * further.copysign(direction.dot(self.geometric))
-            }
-        }
-    }
-
-    /// Whether the path sends a ray into each queue here.
-    #[inline(always)]
-    fn splits(&self) -> bool {
-        self.depth < self.context.scene.settings.split_depth
-    }
-
-    /// Whether light may go this way: what shading normals send below an opaque surface is dropped. Through others it goes
-    /// on, on the side where it is.
-    #[inline(always)]
-    fn is_open(&self, direction: Vec3, local: Vec3) -> bool {
-        self.transmits || (direction.dot(self.geometric) > 0.0) == (local.z > 0.0)
-    }
-
-    /// The media around a ray that leaves the surface.
-    #[inline(always)]
-    fn media_of(&self, direction: Vec3) -> MediaId {
-        self.media[usize::from(direction.dot(self.geometric) < 0.0)]
-    }
-}
-
-/// What a path weighs that goes on; of those whose weight has become small some are given up, and the others weigh more.
-#[inline(always)]
-fn survive(context: &Context<'_>, scattered: Vec3, numbers: &impl Numbers, counts: &mut Counts) -> Option<Vec3> {
-    let (mut weight, largest, ledger) = (scattered, scattered.max_element(), context.albedos.is_some());
-    if largest < ROULETTE_WEIGHT && context.scene.settings.roulette {
-        let survival = largest / ROULETTE_WEIGHT;
-        if numbers.roulette() >= survival {
-            counts.given_up += 1;
-            if ledger {
-                counts.ledger.roulette_removed.add(scattered);
-            }
-            return None;
-        }
-        weight /= survival;
-    }
-    if ledger {
-        counts.ledger.onward.add(weight);
-        counts.ledger.roulette_added.add(weight);
-        counts.ledger.roulette_added.take(scattered);
-    }
-    Some(weight)
 }
 
 /// Shadow rays that a hit sends at most: toward a light and toward the background.
 pub const SHADOW_RAYS: usize = 2;
 
-/// Rays whose largest weight is at least this are all followed; of lighter ones as many as keep their sum, each with this
-/// weight.
-const ROULETTE_WEIGHT: f32 = 0.25;
+/// Rows of a block: as many f32 as the widest vector has.
+const LANES: usize = 16;
 
 /// Of so many hits without a tabulated albedo one is estimated for the ledger.
 const ASKED: f32 = 4.0;

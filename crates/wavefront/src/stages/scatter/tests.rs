@@ -9,7 +9,9 @@ use brewster_import::Importer;
 
 use super::*;
 use crate::policy::Policy;
-use crate::queues::{ContributionQueue, HitQueue, NO_INSTANCE, OnCoated, PathRayColumns, Sample, SampleColumns, Trail};
+use crate::queues::{
+    ContributionQueue, End, HitQueue, NO_INSTANCE, OnCoated, PathRayColumns, Sample, SampleColumns, Trail,
+};
 use crate::random::PixelKey;
 use crate::stages::{Draws, draw};
 

@@ -107,6 +107,11 @@ fn send_shadow_ray(
 /// The two normals of a hit, turned to the side that the ray came from.
 #[inline(always)]
 pub(crate) fn facing_normals(hit: &SurfaceHit, direction: Vec3) -> (Vec3, Vec3) {
-    let face = |normal: Vec3| if direction.dot(normal) < 0.0 { normal } else { -normal };
-    (face(hit.point.geometric_normal), face(hit.point.shading_normal))
+    (facing(hit.point.geometric_normal, direction), facing(hit.point.shading_normal, direction))
+}
+
+/// A normal, turned to the side that a ray came from.
+#[inline(always)]
+pub(crate) fn facing(normal: Vec3, direction: Vec3) -> Vec3 {
+    if direction.dot(normal) < 0.0 { normal } else { -normal }
 }

@@ -1,0 +1,574 @@
+//! The steps that all kinds of material take where rays arrive, over a block of rows at a time.
+//!
+//! Each step is a loop over the block's columns that calls a routine of one row, so that where the routine has no branches it becomes
+//! vector code; what goes on is gathered behind each step, without branches, too.
+
+use std::array;
+use std::num::Wrapping;
+
+use brewster_buffers::LightSample;
+use brewster_geometry::{SurfacePoint, offset_origin};
+use brewster_optics::basis::Basis;
+use brewster_optics::dispersion::PathWavelength;
+use brewster_optics::lobe::{DELTA, LobeSample, LobeSplit, LobeValue, power_heuristic};
+use glam::{Vec2, Vec3};
+
+use super::{Scatter, Surface, asked, disperse, roulette, sides};
+use crate::context::Context;
+use crate::ledger::{Ledger, units};
+use crate::media::{MediaId, MediaStacks};
+use crate::queues::{Contribution, End, Event, PathRay, PathRaysView, ShadowRaysView, SurfaceHit, Trail};
+use crate::random::Stream;
+use crate::stages::shade::facing;
+use crate::stages::{Numbers, Outlet};
+use crate::stats::Counts;
+
+/// Vectors of a block's rows.
+#[derive(Clone, Copy)]
+struct Vectors<const N: usize>([[f32; N]; 3]);
+
+impl<const N: usize> Vectors<N> {
+    const ZERO: Vectors<N> = Vectors([[0.0; N]; 3]);
+
+    #[inline(always)]
+    fn get(&self, row: usize) -> Vec3 {
+        Vec3::new(self.0[0][row], self.0[1][row], self.0[2][row])
+    }
+
+    #[inline(always)]
+    fn set(&mut self, row: usize, vector: Vec3) {
+        (self.0[0][row], self.0[1][row], self.0[2][row]) = vector.into();
+    }
+}
+
+/// How many of a block's rows are marked.
+#[inline(always)]
+fn count<const N: usize>(marks: &[bool; N]) -> u64 {
+    marks.iter().map(|&mark| u64::from(mark)).sum()
+}
+
+/// Rays that arrive, and what each meets: at most as many as a block has lanes. What lies beyond is some row's copy.
+pub(crate) trait Rows {
+    /// The random numbers of a row.
+    type Numbers: Numbers;
+
+    /// Rows that count.
+    fn len(&self) -> usize;
+    /// The rays' depth.
+    fn depth(&self) -> u32;
+    /// A ray.
+    fn ray(&self, lane: usize) -> PathRay;
+    /// Its hit.
+    fn hit(&self, lane: usize) -> SurfaceHit;
+    /// Its random numbers.
+    fn numbers(&self, lane: usize) -> Self::Numbers;
+    /// The numbers of a branch of a ray's path.
+    fn stream(&self, ray: &PathRay, branch: u32) -> Stream;
+}
+
+/// What rays bring.
+struct Loads<const N: usize> {
+    /// Their weights before their wavelengths were drawn, and since then.
+    arrived: Vectors<N>,
+    weights: Vectors<N>,
+    wavelengths: [PathWavelength; N],
+    samples: [u32; N],
+    trails: [Trail; N],
+    branches: [u32; N],
+    instances: [u32; N],
+    /// The media on the sides of the geometric normal.
+    media: [[MediaId; 2]; N],
+    /// Whether the surfaces let light through.
+    transmits: [bool; N],
+}
+
+/// A block of rays where they arrive.
+struct Arrivals<'a, 'b, S, R, const N: usize> {
+    context: &'b Context<'a>,
+    rows: &'b R,
+    counted: [bool; N],
+    places: &'b Places<N>,
+    loads: &'b Loads<N>,
+    surfaces: &'b [S; N],
+}
+
+/// Where the rays arrive.
+struct Places<const N: usize> {
+    positions: Vectors<N>,
+    /// The geometric normals as they are, and on the sides that the rays came from.
+    outward: Vectors<N>,
+    geometric: Vectors<N>,
+    errors: [f32; N],
+    tangents: Vectors<N>,
+    bitangents: Vectors<N>,
+    normals: Vectors<N>,
+    views: Vectors<N>,
+}
+
+impl<const N: usize> Places<N> {
+    #[inline(always)]
+    fn new(rows: &impl Rows) -> Places<N> {
+        let [mut positions, mut outward, mut geometric, mut normals, mut views] = [Vectors::<N>::ZERO; 5];
+        let [mut tangents, mut bitangents] = [Vectors::<N>::ZERO; 2];
+        let mut errors = [0.0; N];
+        for row in 0..N {
+            let SurfacePoint { position, geometric_normal, shading_normal, error, .. } = rows.hit(row).point;
+            positions.set(row, position);
+            outward.set(row, geometric_normal);
+            normals.set(row, shading_normal);
+            views.set(row, -rows.ray(row).direction());
+            errors[row] = error;
+        }
+        for row in 0..N {
+            let back = views.get(row);
+            let frame = Basis::around(facing(normals.get(row), -back));
+            geometric.set(row, facing(outward.get(row), -back));
+            tangents.set(row, frame.tangent);
+            bitangents.set(row, frame.bitangent);
+            normals.set(row, frame.normal);
+            views.set(row, frame.to_local(back));
+        }
+        Places { positions, outward, geometric, errors, tangents, bitangents, normals, views }
+    }
+
+    #[inline(always)]
+    fn frame(&self, row: usize) -> Basis {
+        let (tangent, bitangent, normal) = (self.tangents.get(row), self.bitangents.get(row), self.normals.get(row));
+        Basis { tangent, bitangent, normal }
+    }
+
+    /// Where a ray starts that leaves in a direction.
+    #[inline(always)]
+    fn origin(&self, context: &Context<'_>, row: usize, direction: Vec3) -> Vec3 {
+        let point = SurfacePoint {
+            position: self.positions.get(row),
+            geometric_normal: self.outward.get(row),
+            shading_normal: Vec3::ZERO,
+            uv: Vec2::ZERO,
+            error: self.errors[row],
+        };
+        let origin = offset_origin(&point, direction);
+        let offset = context.scene.settings.ray_offset;
+        if offset == 0.0 {
+            return origin;
+        }
+        let geometric = self.geometric.get(row);
+        let further = offset * (1.0 + point.position.abs().max_element());
+        origin + geometric * further.copysign(direction.dot(geometric))
+    }
+}
+
+/// Lights that were drawn for the rows.
+struct Lights<const N: usize> {
+    there: [bool; N],
+    directions: Vectors<N>,
+    distances: [f32; N],
+    targets: Vectors<N>,
+    radiances: Vectors<N>,
+    pdfs: [f32; N],
+    is_delta: [bool; N],
+}
+
+impl<const N: usize> Lights<N> {
+    const NONE: Lights<N> = Lights {
+        there: [false; N],
+        directions: Vectors::<N>::ZERO,
+        distances: [f32::INFINITY; N],
+        targets: Vectors::<N>::ZERO,
+        radiances: Vectors::<N>::ZERO,
+        pdfs: [1.0; N],
+        is_delta: [false; N],
+    };
+
+    #[inline(always)]
+    fn get(&self, row: usize) -> LightSample {
+        LightSample {
+            direction: self.directions.get(row),
+            distance: self.distances[row],
+            target: self.targets.get(row),
+            radiance: self.radiances.get(row),
+            pdf: self.pdfs[row],
+            is_delta: self.is_delta[row],
+        }
+    }
+
+    #[inline(always)]
+    fn set(&mut self, row: usize, light: &LightSample) {
+        self.there[row] = true;
+        self.directions.set(row, light.direction);
+        self.distances[row] = light.distance;
+        self.targets.set(row, light.target);
+        self.radiances.set(row, light.radiance);
+        self.pdfs[row] = light.pdf;
+        self.is_delta[row] = light.is_delta;
+    }
+}
+
+/// What surfaces chose to send on.
+struct Chosen<const N: usize> {
+    /// Rows that were asked.
+    asked: [bool; N],
+    there: [bool; N],
+    directions: Vectors<N>,
+    weights: Vectors<N>,
+    pdfs: [f32; N],
+    branches: [u32; N],
+}
+
+impl<const N: usize> Chosen<N> {
+    const NOTHING: Chosen<N> = Chosen {
+        asked: [false; N],
+        there: [false; N],
+        directions: Vectors::<N>::ZERO,
+        weights: Vectors::<N>::ZERO,
+        pdfs: [0.0; N],
+        branches: [0; N],
+    };
+
+    #[inline(always)]
+    fn set(&mut self, row: usize, sample: Option<LobeSample>, branch: u32) {
+        const NONE: LobeSample =
+            LobeSample { direction: Vec3::ZERO, weight: Vec3::ZERO, pdf: 0.0, radiance_scale: 1.0 };
+        self.there[row] = sample.is_some();
+        let sample = sample.unwrap_or(NONE);
+        self.directions.set(row, sample.direction);
+        self.weights.set(row, sample.weight);
+        self.pdfs[row] = sample.pdf;
+        self.branches[row] = branch;
+    }
+}
+
+/// What kinds of material do where a block of rays arrives.
+#[inline(always)]
+pub(crate) fn scatter_block<Kind: Scatter, R: Rows, const N: usize>(
+    context: &Context<'_>,
+    rows: &R,
+    outlet: &mut impl Outlet,
+    stacks: &mut MediaStacks,
+    counts: &mut Counts,
+) {
+    let places = Places::<N>::new(rows);
+    let mut loads = Loads::<N> {
+        arrived: Vectors::<N>::ZERO,
+        weights: Vectors::<N>::ZERO,
+        wavelengths: [PathWavelength::NONE; N],
+        samples: [0; N],
+        trails: [Trail::CAMERA; N],
+        branches: [0; N],
+        instances: [0; N],
+        media: [[MediaId::VACUUM; 2]; N],
+        transmits: [false; N],
+    };
+    let (mut albedos, mut known, mut counted) = (Vectors::<N>::ZERO, [false; N], [false; N]);
+    let surfaces: [Kind::Surface; N] = array::from_fn(|row| {
+        let (mut ray, hit, view) = (rows.ray(row), rows.hit(row), places.views.get(row));
+        let mut sides = sides::<Kind>(context, &ray, &hit, places.normals.get(row), stacks);
+        loads.arrived.set(row, ray.weight);
+        if Kind::TRANSMITS {
+            disperse(context, &mut ray, sides.filling, |ray| rows.stream(ray, 1));
+        }
+        sides.wavelength = ray.wavelength;
+        let surface = Kind::surface(context, &hit, &sides);
+        loads.weights.set(row, ray.weight);
+        (loads.wavelengths[row], loads.samples[row]) = (ray.wavelength, ray.sample);
+        (loads.trails[row], loads.branches[row]) = (ray.trail, ray.branch);
+        (loads.instances[row], loads.media[row]) = (hit.instance, sides.media);
+        (loads.transmits[row], counted[row]) = (surface.transmits(), row < rows.len());
+        if let Some(tables) = &context.albedos {
+            let albedo = Kind::albedo(tables, &surface, &hit, &sides, view.z)
+                .or_else(|| asked(context, &surface, view, rows.stream(&ray, ray.branch), rows.depth()));
+            known[row] = albedo.is_some();
+            albedos.set(row, albedo.unwrap_or(Vec3::ZERO));
+        }
+        surface
+    });
+    let (places, loads, surfaces) = (&places, &loads, &surfaces);
+    let arrivals = Arrivals { context, rows, counted, places, loads, surfaces };
+    arrivals.toward_lights(stacks, outlet);
+    let sent = arrivals.onward(outlet, counts);
+    if context.albedos.is_some() {
+        arrivals.book(&albedos, &known, &sent, &mut counts.ledger);
+    }
+}
+
+impl<S: Surface, R: Rows, const N: usize> Arrivals<'_, '_, S, R, N> {
+    /// Samples a light and the background.
+    #[inline(always)]
+    fn toward_lights(&self, stacks: &MediaStacks, outlet: &mut impl Outlet) {
+        let scene = self.context.scene;
+        if !scene.emitters.is_empty() {
+            let light = |row: usize| {
+                let hit = self.rows.hit(row);
+                self.rows.numbers(row).light(scene, hit.point.position, hit.time)
+            };
+            self.toward(light, stacks, outlet);
+        }
+        if let Some(map) = scene.background.drawn() {
+            self.toward(|row| self.rows.numbers(row).sky(map), stacks, outlet);
+        }
+    }
+
+    /// Sends shadow rays toward lights, but where the surfaces do not scatter from there.
+    #[inline(always)]
+    fn toward(&self, light: impl Fn(usize) -> Option<LightSample>, stacks: &MediaStacks, outlet: &mut impl Outlet) {
+        let Arrivals { context, surfaces, places, loads, .. } = *self;
+        let mut lights = Lights::<N>::NONE;
+        for row in 0..N {
+            if self.counted[row]
+                && !surfaces[row].is_smooth()
+                && let Some(light) = light(row)
+            {
+                lights.set(row, &light);
+            }
+        }
+        let (mut goes, mut contributions) = ([false; N], Vectors::<N>::ZERO);
+        for row in 0..N {
+            let light = lights.get(row);
+            let toward = places.frame(row).to_local(light.direction);
+            let open = lights.there[row] & self.is_open(row, light.direction, toward);
+            let value = if open { surfaces[row].evaluate(places.views.get(row), toward) } else { LobeValue::BLACK };
+            let scattered = if self.splits() { value.pdf } else { value.chosen_pdf() };
+            let share = if light.is_delta { 1.0 } else { power_heuristic(light.pdf, scattered) };
+            let contribution = loads.weights.get(row) * value.f_cos * light.radiance * (share / light.pdf);
+            contributions.set(row, contribution);
+            goes[row] = open & (contribution != Vec3::ZERO);
+        }
+        if count(&goes) == 0 {
+            return;
+        }
+        let (mut origins, mut directions, mut distances) = (Vectors::<N>::ZERO, Vectors::<N>::ZERO, [0.0; N]);
+        let (mut media, mut contribution) = ([MediaId::VACUUM; N], [Vec3::ZERO; N]);
+        for row in 0..N {
+            let light = lights.get(row);
+            let origin = places.origin(context, row, light.direction);
+            let (direction, distance) = light.ray_from(origin);
+            origins.set(row, origin);
+            directions.set(row, direction);
+            distances[row] = distance;
+        }
+        for row in 0..N {
+            media[row] = self.media_of(row, lights.directions.get(row));
+            let scale = context.radiance_scale(stacks, media[row], loads.wavelengths[row]);
+            contribution[row] = contributions.get(row) * scale;
+        }
+        let ([origin_x, origin_y, origin_z], [direction_x, direction_y, direction_z]) = (&origins.0, &directions.0);
+        let rays = ShadowRaysView {
+            origin_x,
+            origin_y,
+            origin_z,
+            direction_x,
+            direction_y,
+            direction_z,
+            distance: &distances,
+            contribution: &contribution,
+            sample: &loads.samples,
+            trail: &loads.trails,
+            instance: &loads.instances,
+            media: &media,
+            passes_sheets: &lights.is_delta,
+        };
+        outlet.shadow_marked(rays, &goes);
+    }
+
+    /// Sends the paths on; tells the weights of what was scattered, before roulette.
+    #[inline(always)]
+    fn onward(&self, outlet: &mut impl Outlet, counts: &mut Counts) -> [Vectors<N>; 2] {
+        let Arrivals { surfaces, places, loads, .. } = *self;
+        let [mut xs, mut ys, mut lobes] = [[0.0; N]; 3];
+        for row in 0..N {
+            let numbers = self.rows.numbers(row);
+            (xs[row], ys[row]) = numbers.direction().into();
+            lobes[row] = numbers.lobe();
+        }
+        let mut first = Chosen::<N> { asked: self.counted, ..Chosen::NOTHING };
+        if !self.splits() {
+            for row in 0..N {
+                let (view, u) = (places.views.get(row), Vec2::new(xs[row], ys[row]));
+                first.set(row, surfaces[row].choose(view, u, lobes[row]), loads.branches[row]);
+            }
+            return [self.send(&first, outlet, counts), Vectors::<N>::ZERO];
+        }
+        let mut second = Chosen::<N>::NOTHING;
+        for row in 0..N {
+            let (view, u) = (places.views.get(row), Vec2::new(xs[row], ys[row]));
+            let LobeSplit { reflection, transmission, reflectance } = surfaces[row].split(view, u, lobes[row]);
+            let (branch, branches) = (loads.branches[row], reflectance != 1.0);
+            let reflected = if branches { branch.wrapping_mul(2) } else { branch };
+            first.set(row, reflection, reflected);
+            second.set(row, transmission, reflected.wrapping_add(1));
+            second.asked[row] = branches & self.counted[row];
+        }
+        counts.branched += count(&second.asked);
+        [self.send(&first, outlet, counts), self.send(&second, outlet, counts)]
+    }
+
+    /// Puts rays into their queues, but those that are absorbed or given up; tells the weights of what was scattered.
+    #[inline(always)]
+    fn send(&self, chosen: &Chosen<N>, outlet: &mut impl Outlet, counts: &mut Counts) -> Vectors<N> {
+        let Arrivals { context, places, loads, .. } = *self;
+        let (mut scattered, mut directions) = (Vectors::<N>::ZERO, Vectors::<N>::ZERO);
+        let (mut broken, mut below, mut open, mut light) = ([false; N], [false; N], [false; N], [false; N]);
+        let asks_roulette = context.scene.settings.roulette;
+        for row in 0..N {
+            let weight = if chosen.there[row] { loads.weights.get(row) * chosen.weights.get(row) } else { Vec3::ZERO };
+            let finite = weight.is_finite();
+            let goes = chosen.asked[row] & finite & (weight.max_element() > 0.0);
+            let local = chosen.directions.get(row);
+            let direction = places.frame(row).to_world(local);
+            let is_open = self.is_open(row, direction, local);
+            broken[row] = chosen.asked[row] & !finite;
+            below[row] = goes & !is_open;
+            open[row] = goes & is_open;
+            light[row] = open[row] & asks_roulette & roulette::is_asked(weight);
+            scattered.set(row, if goes { weight } else { Vec3::ZERO });
+            directions.set(row, direction);
+        }
+        self.tell_broken(&broken, chosen, outlet);
+        let mut luck = [0.0; N];
+        for row in 0..N {
+            if light[row] {
+                luck[row] = self.rows.numbers(row).roulette();
+            }
+        }
+        let (mut weights, mut origins, mut gone) = (scattered, Vectors::<N>::ZERO, [false; N]);
+        let (mut reflects, mut transmits) = ([false; N], [false; N]);
+        for row in 0..N {
+            let (weight, direction) = (scattered.get(row), directions.get(row));
+            let spared = if light[row] { roulette::spared(weight, luck[row]) } else { Some(weight) };
+            gone[row] = spared.is_none();
+            weights.set(row, spared.unwrap_or(Vec3::ZERO));
+            origins.set(row, places.origin(context, row, direction));
+            let goes = open[row] & !gone[row];
+            let through = chosen.directions.0[2][row] < 0.0;
+            (reflects[row], transmits[row]) = (goes & !through, goes & through);
+        }
+        let (mut weight, mut media, mut trail) = ([Vec3::ZERO; N], [MediaId::VACUUM; N], loads.trails);
+        for row in 0..N {
+            let event = match (transmits[row], chosen.pdfs[row] == DELTA) {
+                (false, true) => Event::Mirrored,
+                (true, true) => Event::Refracted,
+                (false, false) => Event::Spread,
+                (true, false) => Event::SpreadThrough,
+            };
+            trail[row] = loads.trails[row].then(event);
+            weight[row] = weights.get(row);
+            media[row] = self.media_of(row, directions.get(row));
+        }
+        let ([origin_x, origin_y, origin_z], [direction_x, direction_y, direction_z]) = (&origins.0, &directions.0);
+        let sent = PathRaysView {
+            origin_x,
+            origin_y,
+            origin_z,
+            direction_x,
+            direction_y,
+            direction_z,
+            weight: &weight,
+            pdf: &chosen.pdfs,
+            sample: &loads.samples,
+            trail: &trail,
+            instance: &loads.instances,
+            media: &media,
+            wavelength: &loads.wavelengths,
+            branch: &chosen.branches,
+        };
+        let [asked, given_up, reflections, transmissions] =
+            [&chosen.asked, &gone, &reflects, &transmits].map(|marks| count(marks));
+        if reflections > 0 {
+            outlet.reflect_marked(sent, &reflects);
+        }
+        if transmissions > 0 {
+            outlet.transmit_marked(sent, &transmits);
+        }
+        counts.reflections += reflections;
+        counts.transmissions += transmissions;
+        counts.given_up += given_up;
+        counts.absorbed += asked - given_up - reflections - transmissions;
+        if context.albedos.is_some() {
+            let onward = array::from_fn(|row| reflects[row] | transmits[row]);
+            enter_sent([&scattered, &weights], [&below, &gone, &onward], &mut counts.ledger);
+        }
+        scattered
+    }
+
+    /// Turns what is no number into contributions, which are told to be none.
+    #[inline(always)]
+    fn tell_broken(&self, broken: &[bool; N], chosen: &Chosen<N>, outlet: &mut impl Outlet) {
+        for row in (0..N).filter(|&row| broken[row]) {
+            let loads = self.loads;
+            let (sample, trail, instance) = (loads.samples[row], loads.trails[row], loads.instances[row]);
+            let radiance = loads.weights.get(row) * chosen.weights.get(row);
+            outlet.light(Contribution { radiance, sample, trail: trail.end(End::Surface), instance });
+        }
+    }
+
+    /// Enters into the ledger what arrived, what is expected of it and what became of it. Where nothing is expected, what the sampler
+    /// sent is believed.
+    #[inline(always)]
+    fn book(&self, albedos: &Vectors<N>, known: &[bool; N], sent: &[Vectors<N>; 2], ledger: &mut Ledger) {
+        for channel in 0..3 {
+            let [mut scattered, mut recolored, mut absorbed, mut residual, mut squares] = [Wrapping(0); 5];
+            for row in 0..N {
+                let counted = |value: f32| units(if self.counted[row] { value } else { 0.0 });
+                let [before, weight] =
+                    [&self.loads.arrived, &self.loads.weights].map(|weights| weights.0[channel][row]);
+                let [first, second] = sent.each_ref().map(|sent| sent.0[channel][row]);
+                let expected = if known[row] { weight * albedos.0[channel][row] } else { first + second };
+                let off = expected - first - second;
+                scattered += counted(before);
+                recolored += counted(weight) - counted(before);
+                absorbed += counted(weight) - counted(expected);
+                residual += counted(expected) - counted(first) - counted(second);
+                squares += counted(off * off);
+            }
+            ledger.scattered.add_units(channel, scattered);
+            ledger.recolored.add_units(channel, recolored);
+            ledger.absorbed.add_units(channel, absorbed);
+            ledger.residual.add_units(channel, residual);
+            ledger.residual_squares.add_units(channel, squares);
+        }
+    }
+
+    /// Whether the paths send a ray into each queue here.
+    #[inline(always)]
+    fn splits(&self) -> bool {
+        self.rows.depth() < self.context.scene.settings.split_depth
+    }
+
+    /// The media around a ray that leaves a surface.
+    #[inline(always)]
+    fn media_of(&self, row: usize, direction: Vec3) -> MediaId {
+        self.loads.media[row][usize::from(direction.dot(self.places.geometric.get(row)) < 0.0)]
+    }
+
+    /// Whether light may go this way: what shading normals send below an opaque surface is dropped. Through others it goes
+    /// on, on the side where it is.
+    #[inline(always)]
+    fn is_open(&self, row: usize, direction: Vec3, local: Vec3) -> bool {
+        self.loads.transmits[row] | ((direction.dot(self.places.geometric.get(row)) > 0.0) == (local.z > 0.0))
+    }
+}
+
+/// Enters into the ledger what became of what was scattered: of the rows whose paths stay below the surface, that are gone by roulette,
+/// and that go on.
+#[inline(always)]
+fn enter_sent<const N: usize>(
+    [scattered, weights]: [&Vectors<N>; 2],
+    [below, gone, onward]: [&[bool; N]; 3],
+    ledger: &mut Ledger,
+) {
+    for channel in 0..3 {
+        let [mut lost, mut removed, mut before, mut after] = [Wrapping(0); 4];
+        for row in 0..N {
+            let [scattered, weight] = [scattered, weights].map(|weights| weights.0[channel][row]);
+            let of = |value: f32, mark: bool| units(if mark { value } else { 0.0 });
+            lost += of(scattered, below[row]);
+            removed += of(scattered, gone[row]);
+            before += of(scattered, onward[row]);
+            after += of(weight, onward[row]);
+        }
+        ledger.below_surface.add_units(channel, lost);
+        ledger.roulette_removed.add_units(channel, removed);
+        ledger.roulette_added.add_units(channel, after - before);
+        ledger.onward.add_units(channel, after);
+    }
+}
