@@ -8,7 +8,7 @@ use glam::{DVec3, Vec2, Vec3};
 
 use crate::mesh::TriangleMesh;
 use crate::shape::{Analytic, LocalSurface, ShapeKind, ShapeRef, ShapeTable};
-use crate::surface::{HALF_ULP, SurfacePoint, place_sample, triangle_tilt};
+use crate::surface::{HALF_ULP, SurfacePoint, place_sample, tilt_of_triangle};
 use crate::transform::Affine;
 
 /// A shape with an area.
@@ -101,9 +101,9 @@ impl TriangleMesh {
         0.5 * (b - a).cross(c - a).length()
     }
 
-    /// A point spread evenly over a triangle by two numbers 0 ≤ u < 1.
+    /// A point spread evenly over a triangle by two numbers 0 ≤ u < 1, and the triangle's [area](Self::area).
     #[inline]
-    pub fn sample_area(&self, triangle: usize, u: [f32; 2]) -> AreaSample {
+    pub fn sample_area(&self, triangle: usize, u: [f32; 2]) -> (AreaSample, f64) {
         let [a, b, c] = self.corners(triangle).map(|corner| corner.as_dvec3());
         // E. Heitz, "A Low-Distortion Map Between Triangle and Square", 2019.
         let (x, y) = (0.5 * f64::from(u[0]), 0.5 * f64::from(u[1]));
@@ -115,12 +115,14 @@ impl TriangleMesh {
             let corners = self.triangles[triangle];
             (0..3).fold(Vec2::ZERO, |sum, i| sum + self.uvs[corners[i] as usize] * weights[i] as f32)
         };
-        let local = LocalSurface {
-            point: a * weights[0] + b * weights[1] + c * weights[2],
-            normal: (b - a).cross(c - a).normalize_or(DVec3::Y),
-            uv,
-        };
-        AreaSample { local, primitive: triangle as u32, tilt: triangle_tilt(&[a, b, c]) }
+        let cross = (b - a).cross(c - a);
+        let twice_area = cross.length();
+        let point = a * weights[0] + b * weights[1] + c * weights[2];
+        let recip = twice_area.recip();
+        let normal = if recip.is_finite() { cross * recip } else { DVec3::Y };
+        let extent = [b - a, c - b, a - c].iter().fold(0.0f64, |most, side| most.max(side.length_squared())).sqrt();
+        let local = LocalSurface { point, normal, uv };
+        (AreaSample { local, primitive: triangle as u32, tilt: tilt_of_triangle(extent) }, 0.5 * twice_area)
     }
 }
 

@@ -185,7 +185,7 @@ impl MeshHit {
         let (a, b, c) = (self.corners[0].as_dvec3(), self.corners[1].as_dvec3(), self.corners[2].as_dvec3());
         let cross = (b - a).cross(c - a);
         let normal = unit_or(cross, DVec3::Y);
-        let tilt = triangle_tilt(&[a, b, c]);
+        let tilt = tilt_of_triangle([c - b, a - c, b - a].iter().fold(0.0f64, |most, side| most.max(side.length())));
         let (u, v) = (f64::from(self.weights[0]), f64::from(self.weights[1]));
         let error = (normal, rounding, tilt, cross.length());
         let first = (1.0 - u - v).max(clearance(c - b, error));
@@ -212,11 +212,10 @@ fn clearance(side: DVec3, (normal, rounding, tilt, twice_area): (DVec3, DVec3, f
     (4.0 * (away.dot(rounding) + side.length() * tilt) / twice_area).min(1.0 / 6.0)
 }
 
-/// What a triangle's size adds to the error along its normal: shearing moves corners by up to ten units of its extent, tilting a
+/// What a triangle's longest side adds to the error along its normal: shearing moves corners by up to ten units of its extent, tilting a
 /// grazing ray by four.
 #[inline(always)]
-pub(crate) fn triangle_tilt([a, b, c]: &[DVec3; 3]) -> f64 {
-    let extent = [*c - *b, *a - *c, *b - *a].iter().fold(0.0f64, |most, side| most.max(side.length()));
+pub(crate) fn tilt_of_triangle(extent: f64) -> f64 {
     extent * (14.0 * HALF_ULP)
 }
 

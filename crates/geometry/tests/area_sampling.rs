@@ -126,7 +126,7 @@ fn points_are_spread_evenly_over_flat_shapes() {
     assert_eq!(mesh.area(0), 8.0);
     let (mut random, mut counts) = (Random::new(3), vec![0.0; 64]);
     for _ in 0..100_000 {
-        let p = mesh.sample_area(0, [random.unit(), random.unit()]).local.point;
+        let p = mesh.sample_area(0, [random.unit(), random.unit()]).0.local.point;
         let (v, w) = ((p.x - 1.0) / 4.0, (p.z - 3.0) / 4.0);
         assert!(p.y == 2.0 && v >= 0.0 && w >= 0.0 && v + w <= 1.0 + 1e-9, "{p}");
         counts[part((v + w).powi(2), 8) * 8 + part(v / (v + w), 8)] += 1.0;
@@ -186,7 +186,7 @@ fn rays_toward_drawn_points_find_them() {
                 let u = [random.unit(), random.unit()];
                 let sample = scene.table.sample_area(shape, u).unwrap_or_else(|| {
                     let mesh = &scene.table.meshes[shape.row as usize];
-                    mesh.sample_area(random.below(mesh.triangles.len()), u)
+                    mesh.sample_area(random.below(mesh.triangles.len()), u).0
                 });
                 let outward = to_object.normal_to_source(sample.local.normal.as_vec3());
                 let place = to_world.point(sample.local.point.as_vec3());

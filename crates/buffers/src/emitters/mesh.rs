@@ -52,7 +52,7 @@ impl MeshEmitter {
             let Some((texture, factor)) = texture else { return mean };
             let look = |i: u32| {
                 let place = [place(i % LOOKS), place(i / LOOKS)];
-                let at = mesh.sample_area(triangle, place).local;
+                let at = mesh.sample_area(triangle, place).0.local;
                 let uvs = [at.uv, mesh.second_uv(triangle, at.point).unwrap_or(at.uv)];
                 let coordinates = Coordinates { uvs, color: mesh.color(triangle, at.point) };
                 f64::from(luminance(factor * texture.evaluate(&coordinates).truncate()))

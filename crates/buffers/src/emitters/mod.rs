@@ -276,9 +276,8 @@ impl SceneBuffers {
             Placing::Triangles { mesh } => {
                 let triangle = self.emitters.meshes[mesh as usize].triangles.choose(place[0]);
                 let mesh = &self.shapes.meshes[shape.row as usize];
-                let sample = mesh.sample_area(triangle.index as usize, [triangle.rest, place[1]]);
-                let (area, probability) = (mesh.area(triangle.index as usize), f64::from(triangle.probability));
-                (sample, Density::PerArea { area, probability })
+                let (sample, area) = mesh.sample_area(triangle.index as usize, [triangle.rest, place[1]]);
+                (sample, Density::PerArea { area, probability: f64::from(triangle.probability) })
             }
         })
     }

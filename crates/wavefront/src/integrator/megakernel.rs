@@ -10,7 +10,7 @@ use std::time::Instant;
 
 use brewster_buffers::{Integrator, MaterialKind};
 use brewster_film::{FilmTile, Light, Part};
-use brewster_geometry::{Hit, RayByRay, RayMemory, surface};
+use brewster_geometry::{Hit, RayByRay, RayMemory, SurfacePoint, surface};
 use glam::Vec3;
 
 use crate::attribution::Attribution;
@@ -184,8 +184,18 @@ impl<'r> Rows for Row<'r, '_> {
     }
 
     #[inline(always)]
+    fn direction(&self, _: usize) -> Vec3 {
+        self.ray.direction()
+    }
+
+    #[inline(always)]
     fn hit(&self, _: usize) -> SurfaceHit {
         *self.hit
+    }
+
+    #[inline(always)]
+    fn point(&self, _: usize) -> SurfacePoint {
+        self.hit.point
     }
 
     #[inline(always)]

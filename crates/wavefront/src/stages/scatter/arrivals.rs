@@ -58,8 +58,12 @@ pub(crate) trait Rows {
     fn depth(&self) -> u32;
     /// A ray.
     fn ray(&self, lane: usize) -> PathRay;
+    /// Where it goes.
+    fn direction(&self, lane: usize) -> Vec3;
     /// Its hit.
     fn hit(&self, lane: usize) -> SurfaceHit;
+    /// The surface there.
+    fn point(&self, lane: usize) -> SurfacePoint;
     /// Its random numbers.
     fn numbers(&self, lane: usize) -> Self::Numbers;
     /// The numbers of a branch of a ray's path.
@@ -112,11 +116,11 @@ impl<const N: usize> Places<N> {
         let [mut tangents, mut bitangents] = [Vectors::<N>::ZERO; 2];
         let mut errors = [0.0; N];
         for row in 0..N {
-            let SurfacePoint { position, geometric_normal, shading_normal, error, .. } = rows.hit(row).point;
+            let SurfacePoint { position, geometric_normal, shading_normal, error, .. } = rows.point(row);
             positions.set(row, position);
             outward.set(row, geometric_normal);
             normals.set(row, shading_normal);
-            views.set(row, -rows.ray(row).direction());
+            views.set(row, -rows.direction(row));
             errors[row] = error;
         }
         for row in 0..N {

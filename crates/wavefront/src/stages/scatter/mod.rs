@@ -202,8 +202,19 @@ impl<'q> Rows for Queued<'q, '_> {
     }
 
     #[inline(always)]
+    fn direction(&self, lane: usize) -> Vec3 {
+        let (rays, ray) = (&self.rays, self.hits.rays()[self.row(lane)] as usize);
+        Vec3::new(rays.direction_x[ray], rays.direction_y[ray], rays.direction_z[ray])
+    }
+
+    #[inline(always)]
     fn hit(&self, lane: usize) -> SurfaceHit {
         self.hits.get(self.row(lane))
+    }
+
+    #[inline(always)]
+    fn point(&self, lane: usize) -> SurfacePoint {
+        self.hits.points().0[self.row(lane)]
     }
 
     #[inline(always)]
