@@ -190,7 +190,7 @@ macro_rules! columns {
             }
 
             /// Row `index`; panics beyond the end.
-            #[inline]
+            #[inline(always)]
             pub fn get(&self, index: usize) -> $Row {
                 $Row { $( $field: self.$field[index], )* }
             }

@@ -40,7 +40,7 @@ pub(crate) fn units(value: f32) -> Wrapping<i64> {
     let units = value * SCALE;
     let units = if units < LIMIT { units } else { LIMIT };
     let units = if units > -LIMIT { units } else { -LIMIT };
-    let units = if value == value { units } else { 0.0 };
+    let units = if value.is_nan() { 0.0 } else { units };
     Wrapping(((f64::from(units) + ROUND).to_bits() as i64) - ROUND.to_bits() as i64)
 }
 

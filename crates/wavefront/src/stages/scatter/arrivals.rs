@@ -3,6 +3,8 @@
 //! Each step is a loop over the block's columns that calls a routine of one row, so that where the routine has no branches it becomes
 //! vector code; what goes on is gathered behind each step, without branches, too.
 
+#![expect(clippy::needless_range_loop, reason = "what belongs to a row stands in many columns")]
+
 use std::array;
 use std::num::Wrapping;
 
@@ -475,8 +477,8 @@ impl<S: Surface, R: Rows, const N: usize> Arrivals<'_, '_, S, R, N> {
             wavelength: &loads.wavelengths,
             branch: &chosen.branches,
         };
-        let [asked, given_up, reflections, transmissions] =
-            [&chosen.asked, &gone, &reflects, &transmits].map(|marks| count(marks));
+        let (asked, given_up) = (count(&chosen.asked), count(&gone));
+        let (reflections, transmissions) = (count(&reflects), count(&transmits));
         if reflections > 0 {
             outlet.reflect_marked(sent, &reflects);
         }
