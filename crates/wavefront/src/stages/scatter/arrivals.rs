@@ -436,17 +436,41 @@ impl<S: Surface, R: Rows, const N: usize> Arrivals<'_, '_, S, R, N> {
                 luck[row] = self.rows.numbers(row).roulette();
             }
         }
-        let (mut weights, mut origins, mut gone) = (scattered, Vectors::<N>::ZERO, [false; N]);
-        let (mut reflects, mut transmits) = ([false; N], [false; N]);
+        let (mut weights, mut gone, mut onward) = (scattered, [false; N], [false; N]);
         for row in 0..N {
-            let (weight, direction) = (scattered.get(row), directions.get(row));
+            let weight = scattered.get(row);
             let spared = if light[row] { roulette::spared(weight, luck[row]) } else { Some(weight) };
-            gone[row] = spared.is_none();
             weights.set(row, spared.unwrap_or(Vec3::ZERO));
-            origins.set(row, places.origin(context, row, direction));
-            let goes = open[row] & !gone[row];
+            gone[row] = spared.is_none();
+            onward[row] = open[row] & !gone[row];
+        }
+        let [reflections, transmissions] = self.depart(chosen, [&weights, &directions], &onward, outlet);
+        let (asked, given_up) = (count(&chosen.asked), count(&gone));
+        counts.reflections += reflections;
+        counts.transmissions += transmissions;
+        counts.given_up += given_up;
+        counts.absorbed += asked - given_up - reflections - transmissions;
+        if context.albedos.is_some() {
+            enter_sent([&scattered, &weights], [&below, &gone, &onward], &mut counts.ledger);
+        }
+        scattered
+    }
+
+    /// Puts those rays into their queues that are marked; tells how many went into each.
+    #[inline(always)]
+    fn depart(
+        &self,
+        chosen: &Chosen<N>,
+        [weights, directions]: [&Vectors<N>; 2],
+        onward: &[bool; N],
+        outlet: &mut impl Outlet,
+    ) -> [u64; 2] {
+        let Arrivals { context, places, loads, .. } = *self;
+        let (mut origins, mut reflects, mut transmits) = (Vectors::<N>::ZERO, [false; N], [false; N]);
+        for row in 0..N {
+            origins.set(row, places.origin(context, row, directions.get(row)));
             let through = chosen.directions.0[2][row] < 0.0;
-            (reflects[row], transmits[row]) = (goes & !through, goes & through);
+            (reflects[row], transmits[row]) = (onward[row] & !through, onward[row] & through);
         }
         let (mut weight, mut media, mut trail) = ([Vec3::ZERO; N], [MediaId::VACUUM; N], loads.trails);
         for row in 0..N {
@@ -477,7 +501,6 @@ impl<S: Surface, R: Rows, const N: usize> Arrivals<'_, '_, S, R, N> {
             wavelength: &loads.wavelengths,
             branch: &chosen.branches,
         };
-        let (asked, given_up) = (count(&chosen.asked), count(&gone));
         let (reflections, transmissions) = (count(&reflects), count(&transmits));
         if reflections > 0 {
             outlet.reflect_marked(sent, &reflects);
@@ -485,15 +508,7 @@ impl<S: Surface, R: Rows, const N: usize> Arrivals<'_, '_, S, R, N> {
         if transmissions > 0 {
             outlet.transmit_marked(sent, &transmits);
         }
-        counts.reflections += reflections;
-        counts.transmissions += transmissions;
-        counts.given_up += given_up;
-        counts.absorbed += asked - given_up - reflections - transmissions;
-        if context.albedos.is_some() {
-            let onward = array::from_fn(|row| reflects[row] | transmits[row]);
-            enter_sent([&scattered, &weights], [&below, &gone, &onward], &mut counts.ledger);
-        }
-        scattered
+        [reflections, transmissions]
     }
 
     /// Turns what is no number into contributions, which are told to be none.
@@ -515,9 +530,8 @@ impl<S: Surface, R: Rows, const N: usize> Arrivals<'_, '_, S, R, N> {
             let [mut scattered, mut recolored, mut absorbed, mut residual, mut squares] = [Wrapping(0); 5];
             for row in 0..N {
                 let counted = |value: f32| units(if self.counted[row] { value } else { 0.0 });
-                let [before, weight] =
-                    [&self.loads.arrived, &self.loads.weights].map(|weights| weights.0[channel][row]);
-                let [first, second] = sent.each_ref().map(|sent| sent.0[channel][row]);
+                let (before, weight) = (self.loads.arrived.0[channel][row], self.loads.weights.0[channel][row]);
+                let (first, second) = (sent[0].0[channel][row], sent[1].0[channel][row]);
                 let expected = if known[row] { weight * albedos.0[channel][row] } else { first + second };
                 let off = expected - first - second;
                 scattered += counted(before);
@@ -565,7 +579,7 @@ fn enter_sent<const N: usize>(
     for channel in 0..3 {
         let [mut lost, mut removed, mut before, mut after] = [Wrapping(0); 4];
         for row in 0..N {
-            let [scattered, weight] = [scattered, weights].map(|weights| weights.0[channel][row]);
+            let (scattered, weight) = (scattered.0[channel][row], weights.0[channel][row]);
             let of = |value: f32, mark: bool| units(if mark { value } else { 0.0 });
             lost += of(scattered, below[row]);
             removed += of(scattered, gone[row]);
