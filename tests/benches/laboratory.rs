@@ -1,6 +1,6 @@
 //! Renders a scene of a performance laboratory and prints one JSON line with the fields of the other renderers' lines:
-//! `cargo bench -p brewster-tests --bench laboratory -- SCENE.json [--threads N] [--spp N] [--runs N] [--hdr FILE] [--ron FILE]`.
-//! The last two write the picture, and the scene for other commands, to be kept beside its files.
+//! `cargo bench -p brewster-tests --bench laboratory -- SCENE.json [--threads N] [--spp N] [--runs N] [--rr] [--hdr FILE] [--ron FILE]`.
+//! `--rr` renders with Russian roulette. The last two write the picture, and the scene for other commands, to be kept beside its files.
 //!
 //! A `SCENE.json` has `width`, `height`, `spp`, `max_depth` (of a path's rays, the one from the light included), `camera` (`origin`,
 //! `target`, `fov_deg`), `environment` (null, `constant` with `radiance`, or `map` with `file`), `materials` (`diffuse` and `mirror` with
@@ -22,6 +22,7 @@ struct Options {
     threads: usize,
     samples: Option<u64>,
     runs: usize,
+    roulette: bool,
     hdr: Option<String>,
     ron: Option<String>,
 }
@@ -31,8 +32,12 @@ fn main() {
     let mut arguments = std::env::args().skip(1).filter(|argument| argument != "--bench");
     // `cargo bench` starts all benches of a package.
     let Some(scene) = arguments.next() else { return println!("laboratory: no scene was named") };
-    let mut options = Options { threads: 1, samples: None, runs: 3, hdr: None, ron: None };
+    let mut options = Options { threads: 1, samples: None, runs: 3, roulette: false, hdr: None, ron: None };
     while let Some(name) = arguments.next() {
+        if name == "--rr" {
+            options.roulette = true;
+            continue;
+        }
         let value = arguments.next().unwrap_or_else(|| panic!("{name} needs a value"));
         let number = || value.parse::<u64>().unwrap_or_else(|_| panic!("{name} {value}: a whole number was expected"));
         match name.as_str() {
@@ -41,7 +46,7 @@ fn main() {
             "--runs" => options.runs = number() as usize,
             "--hdr" => options.hdr = Some(value),
             "--ron" => options.ron = Some(value),
-            _ => panic!("there is no {name}: --threads, --spp, --runs, --hdr or --ron was expected"),
+            _ => panic!("there is no {name}: --threads, --spp, --runs, --rr, --hdr or --ron was expected"),
         }
     }
     println!("{}", measure(Path::new(&scene), &options, begin));
@@ -53,7 +58,7 @@ fn measure(path: &Path, options: &Options, begin: Instant) -> Value {
     let samples = options.samples.unwrap_or_else(|| whole(&description["spp"]));
     let start = Instant::now();
     let mut session = Session::new(path, SessionOptions::default());
-    let scene = ron(&description, samples);
+    let scene = ron(&description, samples, options.roulette);
     if let Some(file) = &options.ron {
         std::fs::write(file, &scene).expect("the scene can be written");
     }
@@ -89,7 +94,7 @@ fn measure(path: &Path, options: &Options, begin: Instant) -> Value {
         "res": size,
         "spp": samples,
         "max_depth": description["max_depth"],
-        "rr": false,
+        "rr": options.roulette,
         "threads": options.threads,
         "load_s": load,
         "first_render_s": times[0],
@@ -109,7 +114,7 @@ fn whole(value: &Value) -> u64 {
 }
 
 /// The scene in our own format.
-fn ron(description: &Value, samples: u64) -> String {
+fn ron(description: &Value, samples: u64, roulette: bool) -> String {
     let name = |value: &Value| value.as_str().expect("a name").to_owned();
     let entries = |field: &str| description[field].as_object().expect("a map").iter();
     let materials = entries("materials").map(|(key, material)| {
@@ -144,7 +149,8 @@ fn ron(description: &Value, samples: u64) -> String {
     format!(
         "Scene(
             settings: (
-                integrator: Path, resolution: ({}, {}), samples: {samples}, max_depth: {max_depth}, filter: Box, roulette: false,
+                integrator: Path, resolution: ({}, {}), samples: {samples}, max_depth: {max_depth}, filter: Box,
+                roulette: {roulette},
             ),
             camera: Perspective(eye: {}, target: {}, vfov: {}),
             background: {background},
