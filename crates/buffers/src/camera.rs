@@ -84,7 +84,9 @@ impl Camera {
             let &Camera { position, right, up, forward, .. } = self;
             return CameraFrame { position, right, up, forward };
         }
-        self.moved_frame(time)
+        // Taken apart, so that only a frame that moves passes through memory.
+        let CameraFrame { position, right, up, forward } = self.moved_frame(time);
+        CameraFrame { position, right, up, forward }
     }
 
     #[inline(never)]

@@ -52,15 +52,18 @@ impl SceneBuffers {
     #[inline(always)]
     pub fn light_at(&self, row: usize, time: f32) -> Light {
         let light = self.lights.get(row);
-        if self.light_motions.is_empty() { light } else { self.moved_light(light, row, time) }
+        if self.light_motions.is_empty() {
+            return light;
+        }
+        let (position, direction) = self.moved_light(row, time).unwrap_or((light.position, light.direction));
+        Light { position, direction, ..light }
     }
 
+    /// Where a light that moves is, and where it shines to. Only this passes through memory: a light does not.
     #[inline(never)]
-    fn moved_light(&self, light: Light, row: usize, time: f32) -> Light {
-        let Ok(motion) = self.light_motions.binary_search_by_key(&(row as u32), |motion| motion.light) else {
-            return light;
-        };
+    fn moved_light(&self, row: usize, time: f32) -> Option<(Vec3, Vec3)> {
+        let motion = self.light_motions.binary_search_by_key(&(row as u32), |motion| motion.light).ok()?;
         let (&[from, from_direction], &[to, to_direction], s) = around(&self.light_motions[motion].keys, time);
-        Light { position: from + (to - from) * s, direction: turned(from_direction, to_direction, s), ..light }
+        Some((from + (to - from) * s, turned(from_direction, to_direction, s)))
     }
 }
