@@ -29,11 +29,12 @@ fn rounds(session: &Session, ledger: bool) -> String {
         let options =
             RenderOptions { threads: 1, policy: Policy { ledger, ..Policy::default() }, ..Default::default() };
         let mut render = session.render(options).unwrap_or_else(|error| panic!("{error}"));
-        let start = processor_seconds();
+        let clock = || brewster::processor_seconds().expect("this bench asks the system for the processor's time");
+        let start = clock();
         while render.remaining() > 0 {
             render.pass(&Control::default());
         }
-        let time = processor_seconds() - start;
+        let time = clock() - start;
         let found = render.film().clone();
         assert!(*pixels.get_or_insert_with(|| found.clone()) == found, "the ledger changes the picture");
         time
@@ -44,18 +45,4 @@ fn rounds(session: &Session, ledger: bool) -> String {
     });
     ratios.sort_by(f64::total_cmp);
     format!("{:.3} ({:.3} to {:.3})", ratios[ROUNDS / 2], ratios[0], ratios[ROUNDS - 1])
-}
-
-/// Seconds that the processor has worked for this program.
-#[cfg(target_os = "linux")]
-fn processor_seconds() -> f64 {
-    let time = rustix::time::clock_gettime(rustix::time::ClockId::ProcessCPUTime);
-    time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64
-}
-
-/// Other systems are not asked: seconds on the wall's clock.
-#[cfg(not(target_os = "linux"))]
-fn processor_seconds() -> f64 {
-    let since = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
-    since.expect("the clock is set").as_secs_f64()
 }

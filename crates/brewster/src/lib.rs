@@ -56,7 +56,7 @@ pub use brewster_world as world;
 pub use origin::NamedOrigin;
 pub use render::{Render, RenderOptions, SampleCounts};
 pub use session::{Session, SessionError, SessionOptions, SettingsChoices};
-pub use stats::{STATS_VERSION, StatsFile, peak_memory, tree_time};
+pub use stats::{STATS_VERSION, StatsFile, peak_memory, processor_seconds, tree_time};
 pub use timeline::{SessionSpan, Timeline};
 
 /// The program and its version, as files name it.

@@ -381,6 +381,19 @@ pub fn peak_memory() -> Option<u64> {
     Some(kibibytes * 1024)
 }
 
+/// Seconds that the processor has worked for this program on all its threads, where the system tells.
+#[cfg(target_os = "linux")]
+pub fn processor_seconds() -> Option<f64> {
+    let time = rustix::time::clock_gettime(rustix::time::ClockId::ProcessCPUTime);
+    Some(time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64)
+}
+
+/// Other systems are not asked.
+#[cfg(not(target_os = "linux"))]
+pub fn processor_seconds() -> Option<f64> {
+    None
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -105,6 +105,7 @@ macro_rules! columns {
             /// Appends those rows of a view that are marked, without a branch on any of them; panics unless there is a mark for each.
             #[inline(always)]
             pub fn extend_marked(&mut self, view: $View<'_>, marks: &[bool]) {
+                assert_eq!(view.len(), marks.len(), "a mark for each row");
                 let all = marks.iter().fold(true, |all, &mark| all & mark);
                 $( $crate::extend_marked(&mut self.$field, view.$field, marks, all); )*
             }
@@ -286,5 +287,25 @@ mod tests {
         right.reborrow().set(2, ROWS[0]);
         assert_eq!(right.as_view().get(2), ROWS[0]);
         assert_eq!(columns.view().letter, b"dbca");
+    }
+
+    /// Every choice of four rows, behind one that is there already: what is expected is a filter's.
+    #[test]
+    fn marked_rows_are_appended_in_their_order() {
+        let rows: PairColumns = ROWS.into_iter().collect();
+        for choice in 0..16 {
+            let marks = [0, 1, 2, 3].map(|row| choice >> row & 1 == 1);
+            let mut columns: PairColumns = [ROWS[3]].into_iter().collect();
+            columns.extend_marked(rows.view(), &marks);
+            let marked = ROWS.into_iter().zip(marks).filter(|(_, mark)| *mark).map(|(row, _)| row);
+            assert_eq!(columns, [ROWS[3]].into_iter().chain(marked).collect());
+        }
+    }
+
+    #[test]
+    #[should_panic(expected = "a mark for each row")]
+    fn rows_without_marks_are_refused() {
+        let rows: PairColumns = ROWS.into_iter().collect();
+        PairColumns::new().extend_marked(rows.view(), &[true; 3]);
     }
 }

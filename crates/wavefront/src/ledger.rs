@@ -159,3 +159,21 @@ fn in_errors(sum: Energy, squares: Energy) -> [f64; 3] {
     let (sum, squares) = (sum.value(), squares.value());
     std::array::from_fn(|c| if squares[c] > 0.0 { sum[c] / squares[c].sqrt() } else { 0.0 })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::units;
+
+    /// Products with 2²⁴ that f64 has exactly, rounded by the standard library, ties to even; and the ends.
+    #[test]
+    fn weights_are_rounded_to_units() {
+        let steps = (0..2000).map(|i| (i as f32 - 1000.0) * 1.234_567e-8);
+        for value in steps.chain([0.0, -0.0, 1.0, 0.73, 1e3, -6.5e7, 1.5 / (1 << 24) as f32, 2.5 / (1 << 24) as f32]) {
+            let exact = (f64::from(value) * f64::from(1 << 24)).round_ties_even();
+            assert_eq!(units(value).0, exact as i64, "{value}");
+        }
+        for (value, expected) in [(f32::NAN, 0), (f32::INFINITY, 1 << 50), (f32::MIN, -(1 << 50)), (1e30, 1 << 50)] {
+            assert_eq!(units(value).0, expected, "{value}");
+        }
+    }
+}

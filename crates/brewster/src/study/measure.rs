@@ -2,6 +2,7 @@
 
 use std::time::Instant;
 
+use brewster::processor_seconds;
 use serde::Serialize;
 
 /// What a run took.
@@ -29,19 +30,6 @@ impl Took {
             Clock::Processor => self.cpu.unwrap_or(self.wall),
         }
     }
-}
-
-/// Seconds that the processor has worked for this program.
-#[cfg(target_os = "linux")]
-pub(crate) fn processor_seconds() -> Option<f64> {
-    let time = rustix::time::clock_gettime(rustix::time::ClockId::ProcessCPUTime);
-    Some(time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64)
-}
-
-/// Other systems are not asked.
-#[cfg(not(target_os = "linux"))]
-pub(crate) fn processor_seconds() -> Option<f64> {
-    None
 }
 
 /// The clock whose times are compared.
