@@ -88,7 +88,7 @@ pub use motion::{Motion, Motions, Place};
 pub use plane::Plane;
 pub use quad::Quad;
 pub use ray::{Ray, Rays};
-pub use sampling::{AreaSample, Spread, area_scale, seen_from};
+pub use sampling::{AreaSample, Face, Spread, area_scale, seen_from};
 pub use scene::SceneGeometry;
 pub use shape::{Analytic, Crossing, LocalHit, LocalSurface, ShapeError, ShapeKind, ShapeRef, ShapeTable};
 pub use sights::{Sight, Sights, per_solid_angle, sight};

@@ -93,17 +93,31 @@ impl AreaSample {
     }
 }
 
+/// What all points of a triangle have in common, in object space.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Face {
+    /// Unit normal; some unit vector where the triangle has no area.
+    pub normal: DVec3,
+    /// The area.
+    pub area: f64,
+    tilt: f64,
+}
+
 impl TriangleMesh {
-    /// The area of a triangle in object space.
-    #[inline]
-    pub fn area(&self, triangle: usize) -> f64 {
+    /// The face of a triangle.
+    pub fn face(&self, triangle: usize) -> Face {
         let [a, b, c] = self.corners(triangle).map(|corner| corner.as_dvec3());
-        0.5 * (b - a).cross(c - a).length()
+        let cross = (b - a).cross(c - a);
+        let twice_area = cross.length();
+        let recip = twice_area.recip();
+        let normal = if recip.is_finite() { cross * recip } else { DVec3::Y };
+        let extent = [b - a, c - b, a - c].iter().fold(0.0f64, |most, side| most.max(side.length_squared())).sqrt();
+        Face { normal, area: 0.5 * twice_area, tilt: tilt_of_triangle(extent) }
     }
 
-    /// A point spread evenly over a triangle by two numbers 0 ≤ u < 1, and the triangle's [area](Self::area).
+    /// A point spread evenly over a triangle, whose face is given, by two numbers 0 ≤ u < 1.
     #[inline]
-    pub fn sample_area(&self, triangle: usize, u: [f32; 2]) -> (AreaSample, f64) {
+    pub fn sample_area(&self, triangle: usize, face: &Face, u: [f32; 2]) -> AreaSample {
         let [a, b, c] = self.corners(triangle).map(|corner| corner.as_dvec3());
         // E. Heitz, "A Low-Distortion Map Between Triangle and Square", 2019.
         let (x, y) = (0.5 * f64::from(u[0]), 0.5 * f64::from(u[1]));
@@ -115,14 +129,8 @@ impl TriangleMesh {
             let corners = self.triangles[triangle];
             (0..3).fold(Vec2::ZERO, |sum, i| sum + self.uvs[corners[i] as usize] * weights[i] as f32)
         };
-        let cross = (b - a).cross(c - a);
-        let twice_area = cross.length();
-        let point = a * weights[0] + b * weights[1] + c * weights[2];
-        let recip = twice_area.recip();
-        let normal = if recip.is_finite() { cross * recip } else { DVec3::Y };
-        let extent = [b - a, c - b, a - c].iter().fold(0.0f64, |most, side| most.max(side.length_squared())).sqrt();
-        let local = LocalSurface { point, normal, uv };
-        (AreaSample { local, primitive: triangle as u32, tilt: tilt_of_triangle(extent) }, 0.5 * twice_area)
+        let local = LocalSurface { point: a * weights[0] + b * weights[1] + c * weights[2], normal: face.normal, uv };
+        AreaSample { local, primitive: triangle as u32, tilt: face.tilt }
     }
 }
 

@@ -21,7 +21,7 @@ use crate::shape::{LocalHit, interval};
 use crate::tree::node::Patch;
 
 /// A ray, prepared for the triangles of one object space.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 #[repr(C)]
 pub(crate) struct Shear {
     /// The ray's origin.

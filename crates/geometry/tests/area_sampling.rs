@@ -123,10 +123,11 @@ fn points_are_spread_evenly_over_flat_shapes() {
         triangles: vec![[0, 1, 2]],
         ..Default::default()
     };
-    assert_eq!(mesh.area(0), 8.0);
+    let face = mesh.face(0);
+    assert_eq!(face.area, 8.0);
     let (mut random, mut counts) = (Random::new(3), vec![0.0; 64]);
     for _ in 0..100_000 {
-        let p = mesh.sample_area(0, [random.unit(), random.unit()]).0.local.point;
+        let p = mesh.sample_area(0, &face, [random.unit(), random.unit()]).local.point;
         let (v, w) = ((p.x - 1.0) / 4.0, (p.z - 3.0) / 4.0);
         assert!(p.y == 2.0 && v >= 0.0 && w >= 0.0 && v + w <= 1.0 + 1e-9, "{p}");
         counts[part((v + w).powi(2), 8) * 8 + part(v / (v + w), 8)] += 1.0;
@@ -147,7 +148,7 @@ fn maps_stretch_areas_as_they_stretch_triangles() {
     ] {
         let map = Affine::from_affine3a(at).unwrap();
         let back = map.inverse().unwrap();
-        let area = |mesh: &TriangleMesh| (0..mesh.triangles.len()).map(|i| mesh.area(i)).sum::<f64>();
+        let area = |mesh: &TriangleMesh| (0..mesh.triangles.len()).map(|i| mesh.face(i).area).sum::<f64>();
         let mapped = TriangleMesh { positions: mesh.positions.iter().map(|&p| map.point(p)).collect(), ..mesh.clone() };
         let expected = area(&mapped) / area(&mesh);
         let steps = 256;
@@ -186,7 +187,8 @@ fn rays_toward_drawn_points_find_them() {
                 let u = [random.unit(), random.unit()];
                 let sample = scene.table.sample_area(shape, u).unwrap_or_else(|| {
                     let mesh = &scene.table.meshes[shape.row as usize];
-                    mesh.sample_area(random.below(mesh.triangles.len()), u).0
+                    let triangle = random.below(mesh.triangles.len());
+                    mesh.sample_area(triangle, &mesh.face(triangle), u)
                 });
                 let outward = to_object.normal_to_source(sample.local.normal.as_vec3());
                 let place = to_world.point(sample.local.point.as_vec3());

@@ -66,7 +66,8 @@ fn points_drawn_together_look_as_each_by_itself() {
             let u = [random.unit(), random.unit()];
             let sample = scene.table.sample_area(scene.shapes[instance], u).unwrap_or_else(|| {
                 let mesh = &scene.table.meshes[scene.shapes[instance].row as usize];
-                mesh.sample_area(random.below(mesh.triangles.len()), u).0
+                let triangle = random.below(mesh.triangles.len());
+                mesh.sample_area(triangle, &mesh.face(triangle), u)
             });
             let viewer = 5.0 * random.cube();
             sights.push(viewer, to_world, to_object, &sample);

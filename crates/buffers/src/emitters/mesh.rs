@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use brewster_geometry::{Affine, TriangleMesh};
+use brewster_geometry::{Affine, Face, TriangleMesh};
 use brewster_lanes::math;
 use brewster_optics::color::luminance;
 use glam::{DVec3, Vec3};
@@ -22,6 +22,7 @@ pub(super) struct Extent {
 pub(super) struct MeshEmitter {
     pub(super) mesh: Arc<TriangleMesh>,
     texture: Option<(Texture, Vec3)>,
+    pub(super) faces: Vec<Face>,
     /// By area in object space and luminance.
     pub(super) triangles: Distribution,
     /// In object space.
@@ -48,11 +49,12 @@ impl MeshEmitter {
     /// A mesh that shines by a texture of some mean luminance, or by one color of that; none if no triangle has an area.
     pub(super) fn new(mesh: &Arc<TriangleMesh>, texture: Option<(&Texture, Vec3)>, mean: f64) -> Option<MeshEmitter> {
         let place = |i: u32| (i as f32 + 0.5) / LOOKS as f32;
+        let faces: Vec<Face> = (0..mesh.triangles.len()).map(|triangle| mesh.face(triangle)).collect();
         let brightness = |triangle: usize| {
             let Some((texture, factor)) = texture else { return mean };
             let look = |i: u32| {
                 let place = [place(i % LOOKS), place(i / LOOKS)];
-                let at = mesh.sample_area(triangle, place).0.local;
+                let at = mesh.sample_area(triangle, &faces[triangle], place).local;
                 let uvs = [at.uv, mesh.second_uv(triangle, at.point).unwrap_or(at.uv)];
                 let coordinates = Coordinates { uvs, color: mesh.color(triangle, at.point) };
                 f64::from(luminance(factor * texture.evaluate(&coordinates).truncate()))
@@ -60,13 +62,13 @@ impl MeshEmitter {
             let seen: f64 = (0..LOOKS * LOOKS).map(look).sum::<f64>() / f64::from(LOOKS * LOOKS);
             EVERYWHERE * mean + (1.0 - EVERYWHERE) * seen
         };
-        let triangles = 0..mesh.triangles.len();
-        let fluxes: Vec<f64> = triangles.map(|triangle| mesh.area(triangle) * brightness(triangle)).collect();
+        let fluxes: Vec<f64> = faces.iter().zip(0..).map(|(face, triangle)| face.area * brightness(triangle)).collect();
         let extent = extent_of_mesh(mesh, &Affine::IDENTITY);
         Some(MeshEmitter {
             mesh: mesh.clone(),
             texture: texture.map(|(texture, factor)| (texture.clone(), factor)),
             triangles: Distribution::new(&fluxes)?,
+            faces,
             extent,
             luminance: fluxes.iter().sum::<f64>() / extent.area,
         })

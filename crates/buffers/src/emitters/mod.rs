@@ -231,14 +231,14 @@ impl SceneBuffers {
             }
             Placing::Area { area } => per_solid_angle(to_world, hit.geometric_normal, squared, cosine) / area,
             Placing::Triangles { mesh } => {
-                let shape = self.instances.view().shape[instance as usize];
-                let area = self.shapes.meshes[shape.row as usize].area(primitive as usize);
-                let probability = f64::from(emitters.meshes[mesh as usize].triangles.probability(primitive));
+                let mesh = &emitters.meshes[mesh as usize];
+                let probability = f64::from(mesh.triangles.probability(primitive));
                 // A triangle without area is never drawn, and no ray meets it.
                 if probability == 0.0 {
                     return 0.0;
                 }
-                probability / area * per_solid_angle(to_world, hit.geometric_normal, squared, cosine)
+                probability / mesh.faces[primitive as usize].area
+                    * per_solid_angle(to_world, hit.geometric_normal, squared, cosine)
             }
         };
         sound(density as f32 * emitters.choice.probability(origin, row as u32)).unwrap_or(0.0)
@@ -274,10 +274,11 @@ impl SceneBuffers {
                 (self.shapes.sample_area(shape, place)?, Density::PerArea { area, probability: 1.0 })
             }
             Placing::Triangles { mesh } => {
-                let triangle = self.emitters.meshes[mesh as usize].triangles.choose(place[0]);
-                let mesh = &self.shapes.meshes[shape.row as usize];
-                let (sample, area) = mesh.sample_area(triangle.index as usize, [triangle.rest, place[1]]);
-                (sample, Density::PerArea { area, probability: f64::from(triangle.probability) })
+                let emitter = &self.emitters.meshes[mesh as usize];
+                let triangle = emitter.triangles.choose(place[0]);
+                let face = &emitter.faces[triangle.index as usize];
+                let sample = emitter.mesh.sample_area(triangle.index as usize, face, [triangle.rest, place[1]]);
+                (sample, Density::PerArea { area: face.area, probability: f64::from(triangle.probability) })
             }
         })
     }

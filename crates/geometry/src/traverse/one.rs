@@ -170,7 +170,7 @@ pub(super) unsafe fn one<K: Kernel, const ANY: bool>(
             return found.hit;
         }
         let start = ray.origin.abs().max_element();
-        let slabs = Slabs::new(ray, scene.top.reach, scene.top.slack(start));
+        let Some(slabs) = Slabs::new(ray, scene.top.reach, scene.top.slack(start)) else { return found.hit };
         walk::<K, ANY>(&scene.top.nodes, &slabs, &mut found, stack, &InScene { scene, ray });
     }
     found.hit
@@ -241,9 +241,6 @@ unsafe fn walk<K: Kernel, const ANY: bool>(
     stack: Stack,
     leaves: &impl Leaves,
 ) -> bool {
-    if !slabs.is_usable() {
-        return false;
-    }
     let (mut waiting, mut reference) = (0, 0);
     loop {
         // SAFETY: as stated; what waits are numbers of the tree's nodes and leaves.
@@ -310,7 +307,8 @@ unsafe fn enter<K: Kernel, const ANY: bool>(
         },
         mesh => {
             let tree = &scene.mesh_trees[mesh];
-            let (slabs, shear) = (Slabs::new(&local, tree.reach, 0.0), Shear::new(&local));
+            let Some(slabs) = Slabs::new(&local, tree.reach, 0.0) else { return false };
+            let shear = Shear::new(&local);
             // SAFETY: as stated.
             unsafe { walk::<K, ANY>(&tree.nodes, &slabs, found, stack, &InMesh { tree, shear: &shear, instance }) }
         }

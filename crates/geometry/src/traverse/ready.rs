@@ -13,17 +13,18 @@ pub(super) const RUN: usize = 16;
 type Columns<const N: usize, T = f32> = [[T; RUN]; N];
 
 /// Rays in the space of the tree that they begin in, as [`Slabs::new`] and [`Shear::new`] have them.
+///
+/// What was found in columns is kept by ray: so a slot copies what was written long before, in registers. Columns that are gathered
+/// and copied at once make the processor wait until the single numbers have arrived in memory.
 #[derive(Default)]
 #[repr(C, align(64))]
 pub(super) struct Ready {
     origin: Columns<3>,
     direction: Columns<3>,
-    inverse: Columns<3>,
-    near: Columns<3>,
-    far: Columns<3>,
-    near_plane: Columns<3, u32>,
-    axes: Columns<3, u32>,
-    slope: Columns<2>,
+    slabs: [Slabs; RUN],
+    shears: [Shear; RUN],
+    /// Not 0 where the slabs are good for anything.
+    usable: [u32; RUN],
 }
 
 impl Ready {
@@ -67,32 +68,43 @@ impl Ready {
     /// Prepares the rays for boxes; `slack` is that of a ray that starts at a coordinate of this size.
     #[inline(always)]
     pub(super) fn slabs(&mut self, reach: f32, slack: impl Fn(f32) -> f32) {
-        let starts = largest(&self.origin);
-        let (mut pads, mut leasts) = (starts, largest(&self.direction));
+        let (starts, largest) = (largest(&self.origin), largest(&self.direction));
+        let mut pads = starts;
         for lane in 0..RUN {
             pads[lane] = (starts[lane] + reach) * slabs::PAD + slack(starts[lane]);
-            leasts[lane] *= slabs::LEAST;
+            self.usable[lane] = (largest[lane] < f32::INFINITY) as u32;
         }
+        let [mut inverse, mut near, mut far] = [[[0.0; RUN]; 3]; 3];
+        let mut near_plane = [[0; RUN]; 3];
         for axis in 0..3 {
             let (origin, direction) = (&self.origin[axis], &self.direction[axis]);
-            let (near, far) = (&mut self.near[axis], &mut self.far[axis]);
-            let (inverse, near_plane) = (&mut self.inverse[axis], &mut self.near_plane[axis]);
+            let (inverse, near, far) = (&mut inverse[axis], &mut near[axis], &mut far[axis]);
             for lane in 0..RUN {
-                let (direction, least) = (direction[lane], leasts[lane]);
+                let (direction, least) = (direction[lane], largest[lane] * slabs::LEAST);
                 let pad = pads[lane].copysign(direction);
                 inverse[lane] = 1.0 / if direction.abs() < least { least.copysign(direction) } else { direction };
                 near[lane] = (origin[lane] + pad) * inverse[lane];
                 far[lane] = (origin[lane] - pad) * inverse[lane];
-                near_plane[lane] = 2 * axis as u32 + (direction.to_bits() >> 31);
+                near_plane[axis][lane] = 2 * axis as u32 + (direction.to_bits() >> 31);
+                let sum = inverse[lane].abs() + near[lane].abs() + far[lane].abs();
+                self.usable[lane] &= (sum < f32::INFINITY) as u32;
             }
+        }
+        for (lane, slabs) in self.slabs.iter_mut().enumerate() {
+            *slabs = Slabs {
+                inverse: row(&inverse, lane),
+                near: row(&near, lane),
+                far: row(&far, lane),
+                near_plane: row(&near_plane, lane),
+            };
         }
     }
 
     /// Prepares the rays for triangles.
     #[inline(always)]
     pub(super) fn shears(&mut self) {
-        let ([x, y, z], [kx, ky, kz]) = (&self.direction, &mut self.axes);
-        let [slope_x, slope_y] = &mut self.slope;
+        let [x, y, z] = &self.direction;
+        let ([mut kx, mut ky, mut kz], [mut slope_x, mut slope_y]) = ([[0; RUN]; 3], [[0.0; RUN]; 2]);
         for lane in 0..RUN {
             let (x, y, z) = (x[lane], y[lane], z[lane]);
             let by_z = (z.abs() >= x.abs()) & (z.abs() >= y.abs());
@@ -110,28 +122,26 @@ impl Ready {
             kx[lane] = if kz[lane] == 2 { 0 } else { kz[lane] + 1 };
             ky[lane] = if kz[lane] == 0 { 2 } else { kz[lane] - 1 };
         }
-    }
-
-    #[inline(always)]
-    pub(super) fn slabs_of(&self, lane: usize) -> Slabs {
-        let Ready { inverse, near, far, near_plane, .. } = self;
-        Slabs {
-            inverse: row(inverse, lane),
-            near: row(near, lane),
-            far: row(far, lane),
-            near_plane: row(near_plane, lane),
+        for (lane, shear) in self.shears.iter_mut().enumerate() {
+            *shear = Shear {
+                origin: row(&self.origin, lane),
+                direction: row(&self.direction, lane),
+                axes: [kx[lane], ky[lane], kz[lane]],
+                slope: [slope_x[lane], slope_y[lane]],
+            };
         }
     }
 
+    /// The ray for boxes, if it is usable.
     #[inline(always)]
-    pub(super) fn shear_of(&self, lane: usize) -> Shear {
-        let Ready { origin, direction, axes, slope: [slope_x, slope_y], .. } = self;
-        Shear {
-            origin: row(origin, lane),
-            direction: row(direction, lane),
-            axes: row(axes, lane),
-            slope: [slope_x[lane], slope_y[lane]],
-        }
+    pub(super) fn slabs_of(&self, lane: usize) -> Option<&Slabs> {
+        (self.usable[lane] != 0).then(|| &self.slabs[lane])
+    }
+
+    /// The ray for triangles.
+    #[inline(always)]
+    pub(super) fn shear_of(&self, lane: usize) -> &Shear {
+        &self.shears[lane]
     }
 }
 
@@ -201,12 +211,10 @@ mod tests {
                 for lane in 0..RUN.min(rays.len() - first) {
                     let ray = to_object.map_or(rays[first + lane], |map| map.ray(&rays[first + lane]));
                     let slabs = Slabs::new(&ray, 5.0, slack(ray.origin.abs().max_element()));
-                    let (found, shear) = (ready.slabs_of(lane), ready.shear_of(lane));
-                    assert_eq!(found.is_usable(), slabs.is_usable(), "{ray:?}");
-                    if slabs.is_usable() {
-                        // As texts, which tell zeros apart.
-                        assert_eq!(format!("{found:?}"), format!("{slabs:?}"), "{ray:?}");
-                        assert_eq!(format!("{shear:?}"), format!("{:?}", Shear::new(&ray)), "{ray:?}");
+                    // As texts, which tell zeros apart.
+                    assert_eq!(format!("{:?}", ready.slabs_of(lane)), format!("{:?}", slabs.as_ref()), "{ray:?}");
+                    if slabs.is_some() {
+                        assert_eq!(format!("{:?}", ready.shear_of(lane)), format!("{:?}", Shear::new(&ray)), "{ray:?}");
                     }
                 }
             }

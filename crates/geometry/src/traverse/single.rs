@@ -51,7 +51,7 @@ pub(crate) fn search(
         }
     }
     let start = ray.origin.abs().max_element();
-    let slabs = Slabs::new(ray, scene.top.reach, scene.top.slack(start));
+    let Some(slabs) = Slabs::new(ray, scene.top.reach, scene.top.slack(start)) else { return };
     walk(&scene.top.nodes, &slabs, &mut stacks.top, search, tally, |instance, search, tally| {
         enter(scene, instance, ray, &mut stacks.mesh, search, tally)
     });
@@ -68,9 +68,7 @@ fn walk<S: Search, T: Tally>(
     mut visit: impl FnMut(u32, &mut S, &mut T) -> bool,
 ) -> bool {
     stack.clear();
-    if slabs.is_usable() {
-        stack.push((0.0, 0));
-    }
+    stack.push((0.0, 0));
     while let Some((enter, reference)) = stack.pop() {
         if enter > search.limit() {
             continue;
@@ -130,7 +128,8 @@ pub(super) fn enter(
         },
         mesh => {
             let tree = &scene.mesh_trees[mesh];
-            let (slabs, shear) = (Slabs::new(&local, tree.reach, 0.0), Shear::new(&local));
+            let Some(slabs) = Slabs::new(&local, tree.reach, 0.0) else { return false };
+            let shear = Shear::new(&local);
             walk(&tree.nodes, &slabs, stack, search, tally, |patch, search, tally| {
                 tally.primitives(tree.patches[patch as usize].triangles);
                 test_patch(tree, &tree.patches[patch as usize], &shear, instance, search)

@@ -25,7 +25,7 @@ pub(crate) const PAD: f32 = 20.0 / (1 << 24) as f32;
 pub(crate) const LEAST: f32 = 1.0 / (1u64 << 40) as f32;
 
 /// A ray, prepared for the boxes of one tree.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 #[repr(C)]
 pub(crate) struct Slabs {
     /// One over the direction.
@@ -39,29 +39,27 @@ pub(crate) struct Slabs {
 }
 
 impl Slabs {
-    /// `reach` is the largest absolute coordinate of any box, `slack` an absolute growth of boxes beyond the usual.
+    /// `reach` is the largest absolute coordinate of any box, `slack` an absolute growth of boxes beyond the usual. None for a ray
+    /// that is infinite or has no direction, for which box tests would not see numbers: it meets nothing.
     #[inline(always)]
-    pub(crate) fn new(ray: &Ray, reach: f32, slack: f32) -> Slabs {
+    pub(crate) fn new(ray: &Ray, reach: f32, slack: f32) -> Option<Slabs> {
         let (origin, direction) = (Vec3A::from(ray.origin), Vec3A::from(ray.direction));
         let pad = (origin.abs().max_element() + reach) * PAD + slack;
-        let least = Vec3A::splat(direction.abs().max_element() * LEAST);
+        let largest = direction.abs().max_element();
+        let least = Vec3A::splat(largest * LEAST);
         let is_small = direction.abs().cmplt(least);
         let inverse = Vec3A::select(is_small, least.copysign(direction), direction).recip();
         let pad = Vec3A::splat(pad).copysign(direction);
         let signs = direction.is_negative_bitmask();
-        Slabs {
+        let (near, far) = ((origin + pad) * inverse, (origin - pad) * inverse);
+        let are_numbers = (inverse.abs() + near.abs() + far.abs()).cmplt(Vec3A::INFINITY).all();
+        let slabs = Slabs {
             inverse: inverse.to_array(),
-            near: ((origin + pad) * inverse).to_array(),
-            far: ((origin - pad) * inverse).to_array(),
+            near: near.to_array(),
+            far: far.to_array(),
             near_plane: [signs & 1, 2 + (signs >> 1 & 1), 4 + (signs >> 2 & 1)],
-        }
-    }
-
-    /// Whether box tests will see numbers. A ray that is not usable meets nothing: it is infinite or has no direction.
-    #[inline(always)]
-    pub(crate) fn is_usable(&self) -> bool {
-        let sum = |v: &[f32; 3]| v[0].abs() + v[1].abs() + v[2].abs();
-        sum(&self.inverse) + sum(&self.near) + sum(&self.far) < f32::INFINITY && !self.inverse.contains(&0.0)
+        };
+        (are_numbers && largest < f32::INFINITY).then_some(slabs)
     }
 
     /// Where the ray enters the eight boxes, and a bit for each that it meets before `limit`.
@@ -96,14 +94,13 @@ mod tests {
     fn nothing_is_in_an_empty_node() {
         for direction in [Vec3::X, Vec3::NEG_Y, Vec3::new(0.6, -0.8, 0.0), Vec3::new(-0.0, 0.0, -1.0)] {
             for origin in [Vec3::ZERO, Vec3::new(-3.0, 1e9, 0.5)] {
-                let slabs = Slabs::new(&Ray { origin, direction, time: 0.0 }, 0.0, 0.0);
-                assert!(slabs.is_usable());
+                let slabs = Slabs::new(&Ray { origin, direction, time: 0.0 }, 0.0, 0.0).expect("it is usable");
                 assert_eq!(slabs.test(&Node::EMPTY, f32::INFINITY), ([f32::INFINITY; 8], 0), "{direction} {origin}");
             }
         }
         for bad in [f32::NAN, f32::INFINITY, 0.0] {
             let slabs = Slabs::new(&Ray { origin: Vec3::ONE, direction: Vec3::splat(bad), time: 0.0 }, 1.0, 0.0);
-            assert!(!slabs.is_usable(), "{bad} {slabs:?}");
+            assert!(slabs.is_none(), "{bad} {slabs:?}");
         }
     }
 }

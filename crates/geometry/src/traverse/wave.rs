@@ -33,6 +33,9 @@ use crate::triangle::Shear;
 /// Rays in flight: 16 to 64 are alike, fewer leave memory waiting.
 const SLOTS: usize = 32;
 
+/// Bytes of trees that stay in the cache next to a core: asking for them would take longer than waiting.
+const IN_CACHE: usize = 1 << 18;
+
 /// Under the last entry of a stack.
 const DONE: u32 = u32::MAX;
 
@@ -191,7 +194,11 @@ pub(crate) unsafe fn wave<K: Kernel, T: Task>(
     let stacks = Stacks::new(&mut memory.stacks, entries);
     let slots: &mut [Slot; SLOTS] = memory.slots.as_mut_slice().try_into().expect("there are that many slots");
     let start = Start::new(scene);
-    let mut wave = Wave { scene, rays, order, task, slots, stacks, start, next_ray: 0, ready: Ready::default() };
+    let bytes: usize =
+        scene.mesh_trees.iter().map(|tree| size_of_val(&*tree.nodes) + size_of_val(&*tree.patches)).sum();
+    let prefetches = bytes + size_of_val(scene.top.nodes.as_slice()) > IN_CACHE;
+    let ready = Ready::default();
+    let mut wave = Wave { scene, rays, order, task, slots, stacks, start, prefetches, next_ray: 0, ready };
     // SAFETY: the stacks have room for the deepest tree of each level, their sentinels, and eight entries more.
     unsafe { wave.run::<K>() };
 }
@@ -205,6 +212,8 @@ struct Wave<'a, 'm, T> {
     slots: &'m mut [Slot; SLOTS],
     stacks: Stacks,
     start: Start<'a>,
+    /// Whether to ask the cache for what comes next.
+    prefetches: bool,
     next_ray: usize,
     /// The run of rays that the next one is in.
     ready: Ready,
@@ -233,9 +242,8 @@ impl<'a> Start<'a> {
 impl Slot {
     fn idle() -> Slot {
         let ray = Ray { origin: Vec3::ZERO, direction: Vec3::X, time: 0.0 };
-        let slabs = Slabs::new(&ray, 0.0, 0.0);
         Slot {
-            slabs,
+            slabs: Slabs::default(),
             stack: 0,
             limit: 0.0,
             current: DONE,
@@ -248,7 +256,7 @@ impl Slot {
             hit: Hit::miss(),
             ray_index: 0,
             ray,
-            top: slabs,
+            top: Slabs::default(),
         }
     }
 
@@ -366,7 +374,9 @@ impl<T: Task> Wave<'_, '_, T> {
                 let (leaf, end) = ((reference >> 31) as usize, (reference >= LEAVE) as usize);
                 let index = reference & !LEAF & (end as u32).wrapping_sub(1);
                 let (base, stride) = (*state.bases.get_unchecked(leaf), *state.strides.get_unchecked(leaf));
-                prefetch_block(base.wrapping_add(index as usize * stride as usize), stride);
+                if self.prefetches {
+                    prefetch_block(base.wrapping_add(index as usize * stride as usize), stride);
+                }
                 *lists.nodes.get_unchecked_mut(nodes) = slot;
                 *lists.patches.get_unchecked_mut(patches) = slot;
                 *lists.instances.get_unchecked_mut(instances) = slot;
@@ -425,20 +435,22 @@ impl<T: Task> Wave<'_, '_, T> {
                 (*distances.add(1), *references.add(1)) = (0.0, 0);
             }
             state.stack = 2;
-            match self.start {
-                Start::Top => {
-                    state.ray = self.rays.get(index);
-                    state.top = self.ready.slabs_of(lane);
-                    state.go_on_top(self.scene);
+            if let Some(slabs) = self.ready.slabs_of(lane)
+                && !over
+            {
+                match self.start {
+                    Start::Top => {
+                        state.ray = self.rays.get(index);
+                        state.top = *slabs;
+                        state.go_on_top(self.scene);
+                    }
+                    Start::Mesh(instance, tree) => {
+                        state.instance = instance;
+                        state.slabs = *slabs;
+                        state.shear = *self.ready.shear_of(lane);
+                        state.go_into(tree);
+                    }
                 }
-                Start::Mesh(instance, tree) => {
-                    state.instance = instance;
-                    state.slabs = self.ready.slabs_of(lane);
-                    state.shear = self.ready.shear_of(lane);
-                    state.go_into(tree);
-                }
-            }
-            if !over && state.slabs.is_usable() {
                 return true;
             }
             let hit = state.hit;
@@ -481,11 +493,8 @@ impl<T: Task> Wave<'_, '_, T> {
             },
             mesh => {
                 let tree = &self.scene.mesh_trees[mesh];
-                state.slabs = Slabs::new(&local, tree.reach, 0.0);
-                if !state.slabs.is_usable() {
-                    state.slabs = state.top;
-                    return false;
-                }
+                let Some(slabs) = Slabs::new(&local, tree.reach, 0.0) else { return false };
+                state.slabs = slabs;
                 state.shear = Shear::new(&local);
                 state.go_into(tree);
                 state.current = 0;

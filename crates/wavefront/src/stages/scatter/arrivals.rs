@@ -5,88 +5,20 @@
 
 #![expect(clippy::needless_range_loop, reason = "what belongs to a row stands in many columns")]
 
-use std::array;
 use std::num::Wrapping;
 
 use brewster_buffers::LightSample;
-use brewster_geometry::{SurfacePoint, offset_origin};
-use brewster_optics::basis::Basis;
-use brewster_optics::dispersion::PathWavelength;
-use brewster_optics::lobe::{DELTA, LobeSample, LobeSplit, LobeValue, power_heuristic};
+use brewster_optics::lobe::{DELTA, LobeSplit, LobeValue, power_heuristic};
 use glam::{Vec2, Vec3};
 
-use super::{Scatter, Surface, asked, disperse, roulette, sides};
+use super::block::{Chosen, Lights, Loads, Places, Rows, Vectors, count};
+use super::{Scatter, Surface, roulette};
 use crate::context::Context;
 use crate::ledger::{Ledger, units};
 use crate::media::{MediaId, MediaStacks};
-use crate::queues::{Contribution, End, Event, PathRay, PathRaysView, ShadowRaysView, SurfaceHit, Trail};
-use crate::random::Stream;
-use crate::stages::shade::facing;
+use crate::queues::{Contribution, End, Event, PathRaysView, ShadowRaysView};
 use crate::stages::{Numbers, Outlet};
 use crate::stats::Counts;
-
-/// Vectors of a block's rows.
-#[derive(Clone, Copy)]
-struct Vectors<const N: usize>([[f32; N]; 3]);
-
-impl<const N: usize> Vectors<N> {
-    const ZERO: Vectors<N> = Vectors([[0.0; N]; 3]);
-
-    #[inline(always)]
-    fn get(&self, row: usize) -> Vec3 {
-        Vec3::new(self.0[0][row], self.0[1][row], self.0[2][row])
-    }
-
-    #[inline(always)]
-    fn set(&mut self, row: usize, vector: Vec3) {
-        (self.0[0][row], self.0[1][row], self.0[2][row]) = vector.into();
-    }
-}
-
-/// How many of a block's rows are marked.
-#[inline(always)]
-fn count<const N: usize>(marks: &[bool; N]) -> u64 {
-    marks.iter().map(|&mark| u64::from(mark)).sum()
-}
-
-/// Rays that arrive, and what each meets: at most as many as a block has lanes. What lies beyond is some row's copy.
-pub(crate) trait Rows {
-    /// The random numbers of a row.
-    type Numbers: Numbers;
-
-    /// Rows that count.
-    fn len(&self) -> usize;
-    /// The rays' depth.
-    fn depth(&self) -> u32;
-    /// A ray.
-    fn ray(&self, lane: usize) -> PathRay;
-    /// Where it goes.
-    fn direction(&self, lane: usize) -> Vec3;
-    /// Its hit.
-    fn hit(&self, lane: usize) -> SurfaceHit;
-    /// The surface there.
-    fn point(&self, lane: usize) -> SurfacePoint;
-    /// Its random numbers.
-    fn numbers(&self, lane: usize) -> Self::Numbers;
-    /// The numbers of a branch of a ray's path.
-    fn stream(&self, ray: &PathRay, branch: u32) -> Stream;
-}
-
-/// What rays bring.
-struct Loads<const N: usize> {
-    /// Their weights before their wavelengths were drawn, and since then.
-    arrived: Vectors<N>,
-    weights: Vectors<N>,
-    wavelengths: [PathWavelength; N],
-    samples: [u32; N],
-    trails: [Trail; N],
-    branches: [u32; N],
-    instances: [u32; N],
-    /// The media on the sides of the geometric normal.
-    media: [[MediaId; 2]; N],
-    /// Whether the surfaces let light through.
-    transmits: [bool; N],
-}
 
 /// A block of rays where they arrive.
 struct Arrivals<'a, 'b, S, R, const N: usize> {
@@ -96,152 +28,6 @@ struct Arrivals<'a, 'b, S, R, const N: usize> {
     places: &'b Places<N>,
     loads: &'b Loads<N>,
     surfaces: &'b [S; N],
-}
-
-/// Where the rays arrive.
-struct Places<const N: usize> {
-    positions: Vectors<N>,
-    /// The geometric normals as they are, and on the sides that the rays came from.
-    outward: Vectors<N>,
-    geometric: Vectors<N>,
-    errors: [f32; N],
-    tangents: Vectors<N>,
-    bitangents: Vectors<N>,
-    normals: Vectors<N>,
-    views: Vectors<N>,
-}
-
-impl<const N: usize> Places<N> {
-    #[inline(always)]
-    fn new(rows: &impl Rows) -> Places<N> {
-        let [mut positions, mut outward, mut geometric, mut normals, mut views] = [Vectors::<N>::ZERO; 5];
-        let [mut tangents, mut bitangents] = [Vectors::<N>::ZERO; 2];
-        let mut errors = [0.0; N];
-        for row in 0..N {
-            let SurfacePoint { position, geometric_normal, shading_normal, error, .. } = rows.point(row);
-            positions.set(row, position);
-            outward.set(row, geometric_normal);
-            normals.set(row, shading_normal);
-            views.set(row, -rows.direction(row));
-            errors[row] = error;
-        }
-        for row in 0..N {
-            let back = views.get(row);
-            let frame = Basis::around(facing(normals.get(row), -back));
-            geometric.set(row, facing(outward.get(row), -back));
-            tangents.set(row, frame.tangent);
-            bitangents.set(row, frame.bitangent);
-            normals.set(row, frame.normal);
-            views.set(row, frame.to_local(back));
-        }
-        Places { positions, outward, geometric, errors, tangents, bitangents, normals, views }
-    }
-
-    #[inline(always)]
-    fn frame(&self, row: usize) -> Basis {
-        let (tangent, bitangent, normal) = (self.tangents.get(row), self.bitangents.get(row), self.normals.get(row));
-        Basis { tangent, bitangent, normal }
-    }
-
-    /// Where a ray starts that leaves in a direction.
-    #[inline(always)]
-    fn origin(&self, context: &Context<'_>, row: usize, direction: Vec3) -> Vec3 {
-        let point = SurfacePoint {
-            position: self.positions.get(row),
-            geometric_normal: self.outward.get(row),
-            shading_normal: Vec3::ZERO,
-            uv: Vec2::ZERO,
-            error: self.errors[row],
-        };
-        let origin = offset_origin(&point, direction);
-        let offset = context.scene.settings.ray_offset;
-        if offset == 0.0 {
-            return origin;
-        }
-        let geometric = self.geometric.get(row);
-        let further = offset * (1.0 + point.position.abs().max_element());
-        origin + geometric * further.copysign(direction.dot(geometric))
-    }
-}
-
-/// Lights that were drawn for the rows.
-struct Lights<const N: usize> {
-    there: [bool; N],
-    directions: Vectors<N>,
-    distances: [f32; N],
-    targets: Vectors<N>,
-    radiances: Vectors<N>,
-    pdfs: [f32; N],
-    is_delta: [bool; N],
-}
-
-impl<const N: usize> Lights<N> {
-    const NONE: Lights<N> = Lights {
-        there: [false; N],
-        directions: Vectors::<N>::ZERO,
-        distances: [f32::INFINITY; N],
-        targets: Vectors::<N>::ZERO,
-        radiances: Vectors::<N>::ZERO,
-        pdfs: [1.0; N],
-        is_delta: [false; N],
-    };
-
-    #[inline(always)]
-    fn get(&self, row: usize) -> LightSample {
-        LightSample {
-            direction: self.directions.get(row),
-            distance: self.distances[row],
-            target: self.targets.get(row),
-            radiance: self.radiances.get(row),
-            pdf: self.pdfs[row],
-            is_delta: self.is_delta[row],
-        }
-    }
-
-    #[inline(always)]
-    fn set(&mut self, row: usize, light: &LightSample) {
-        self.there[row] = true;
-        self.directions.set(row, light.direction);
-        self.distances[row] = light.distance;
-        self.targets.set(row, light.target);
-        self.radiances.set(row, light.radiance);
-        self.pdfs[row] = light.pdf;
-        self.is_delta[row] = light.is_delta;
-    }
-}
-
-/// What surfaces chose to send on.
-struct Chosen<const N: usize> {
-    /// Rows that were asked.
-    asked: [bool; N],
-    there: [bool; N],
-    directions: Vectors<N>,
-    weights: Vectors<N>,
-    pdfs: [f32; N],
-    branches: [u32; N],
-}
-
-impl<const N: usize> Chosen<N> {
-    const NOTHING: Chosen<N> = Chosen {
-        asked: [false; N],
-        there: [false; N],
-        directions: Vectors::<N>::ZERO,
-        weights: Vectors::<N>::ZERO,
-        pdfs: [0.0; N],
-        branches: [0; N],
-    };
-
-    #[inline(always)]
-    fn set(&mut self, row: usize, sample: Option<LobeSample>, branch: u32) {
-        const NONE: LobeSample =
-            LobeSample { direction: Vec3::ZERO, weight: Vec3::ZERO, pdf: 0.0, radiance_scale: 1.0 };
-        self.there[row] = sample.is_some();
-        let sample = sample.unwrap_or(NONE);
-        self.directions.set(row, sample.direction);
-        self.weights.set(row, sample.weight);
-        self.pdfs[row] = sample.pdf;
-        self.branches[row] = branch;
-    }
 }
 
 /// What kinds of material do where a block of rays arrives.
@@ -254,46 +40,19 @@ pub(crate) fn scatter_block<Kind: Scatter, R: Rows, const N: usize>(
     counts: &mut Counts,
 ) {
     let places = Places::<N>::new(rows);
-    let mut loads = Loads::<N> {
-        arrived: Vectors::<N>::ZERO,
-        weights: Vectors::<N>::ZERO,
-        wavelengths: [PathWavelength::NONE; N],
-        samples: [0; N],
-        trails: [Trail::CAMERA; N],
-        branches: [0; N],
-        instances: [0; N],
-        media: [[MediaId::VACUUM; 2]; N],
-        transmits: [false; N],
-    };
-    let (mut albedos, mut known, mut counted) = (Vectors::<N>::ZERO, [false; N], [false; N]);
-    let surfaces: [Kind::Surface; N] = array::from_fn(|row| {
-        let (mut ray, hit, view) = (rows.ray(row), rows.hit(row), places.views.get(row));
-        let mut sides = sides::<Kind>(context, &ray, &hit, places.normals.get(row), stacks);
-        loads.arrived.set(row, ray.weight);
-        if Kind::TRANSMITS {
-            disperse(context, &mut ray, sides.filling, |ray| rows.stream(ray, 1));
-        }
-        sides.wavelength = ray.wavelength;
-        let surface = Kind::surface(context, &hit, &sides);
-        loads.weights.set(row, ray.weight);
-        (loads.wavelengths[row], loads.samples[row]) = (ray.wavelength, ray.sample);
-        (loads.trails[row], loads.branches[row]) = (ray.trail, ray.branch);
-        (loads.instances[row], loads.media[row]) = (hit.instance, sides.media);
-        (loads.transmits[row], counted[row]) = (surface.transmits(), row < rows.len());
-        if let Some(tables) = &context.albedos {
-            let albedo = Kind::albedo(tables, &surface, &hit, &sides, view.z)
-                .or_else(|| asked(context, &surface, view, rows.stream(&ray, ray.branch), rows.depth()));
-            known[row] = albedo.is_some();
-            albedos.set(row, albedo.unwrap_or(Vec3::ZERO));
-        }
-        surface
-    });
+    let mut loads = Loads::<N>::NONE;
+    let mut counted = [true; N];
+    let mut surfaces = [loads.take::<Kind>(context, rows, 0, &places, stacks); N];
+    for row in 1..N {
+        surfaces[row] = loads.take::<Kind>(context, rows, row, &places, stacks);
+        counted[row] = row < rows.len();
+    }
     let (places, loads, surfaces) = (&places, &loads, &surfaces);
     let arrivals = Arrivals { context, rows, counted, places, loads, surfaces };
     arrivals.toward_lights(stacks, outlet);
     let sent = arrivals.onward(outlet, counts);
     if context.albedos.is_some() {
-        arrivals.book(&albedos, &known, &sent, &mut counts.ledger);
+        arrivals.book(&sent, &mut counts.ledger);
     }
 }
 
@@ -303,26 +62,33 @@ impl<S: Surface, R: Rows, const N: usize> Arrivals<'_, '_, S, R, N> {
     fn toward_lights(&self, stacks: &MediaStacks, outlet: &mut impl Outlet) {
         let scene = self.context.scene;
         if !scene.emitters.is_empty() {
-            let light = |row: usize| {
-                let hit = self.rows.hit(row);
-                self.rows.numbers(row).light(scene, hit.point.position, hit.time)
-            };
-            self.toward(light, stacks, outlet);
+            self.toward::<false>(stacks, outlet);
         }
-        if let Some(map) = scene.background.drawn() {
-            self.toward(|row| self.rows.numbers(row).sky(map), stacks, outlet);
+        if scene.background.drawn().is_some() {
+            self.toward::<true>(stacks, outlet);
         }
+    }
+
+    /// The light that was drawn for a row: of a source, or of the sky.
+    #[inline(always)]
+    fn light<const SKY: bool>(&self, row: usize) -> Option<LightSample> {
+        let (scene, numbers) = (self.context.scene, self.rows.numbers(row));
+        if SKY {
+            return numbers.sky(scene.background.drawn()?);
+        }
+        let hit = self.rows.hit(row);
+        numbers.light(scene, hit.point.position, hit.time)
     }
 
     /// Sends shadow rays toward lights, but where the surfaces do not scatter from there.
     #[inline(always)]
-    fn toward(&self, light: impl Fn(usize) -> Option<LightSample>, stacks: &MediaStacks, outlet: &mut impl Outlet) {
+    fn toward<const SKY: bool>(&self, stacks: &MediaStacks, outlet: &mut impl Outlet) {
         let Arrivals { context, surfaces, places, loads, .. } = *self;
         let mut lights = Lights::<N>::NONE;
         for row in 0..N {
             if self.counted[row]
                 && !surfaces[row].is_smooth()
-                && let Some(light) = light(row)
+                && let Some(light) = self.light::<SKY>(row)
             {
                 lights.set(row, &light);
             }
@@ -525,12 +291,13 @@ impl<S: Surface, R: Rows, const N: usize> Arrivals<'_, '_, S, R, N> {
     /// Enters into the ledger what arrived, what is expected of it and what became of it. Where nothing is expected, what the sampler
     /// sent is believed.
     #[inline(always)]
-    fn book(&self, albedos: &Vectors<N>, known: &[bool; N], sent: &[Vectors<N>; 2], ledger: &mut Ledger) {
+    fn book(&self, sent: &[Vectors<N>; 2], ledger: &mut Ledger) {
+        let Loads { arrived, weights, albedos, known, .. } = self.loads;
         for channel in 0..3 {
             let [mut scattered, mut recolored, mut absorbed, mut residual, mut squares] = [Wrapping(0); 5];
             for row in 0..N {
                 let counted = |value: f32| units(if self.counted[row] { value } else { 0.0 });
-                let (before, weight) = (self.loads.arrived.0[channel][row], self.loads.weights.0[channel][row]);
+                let (before, weight) = (arrived.0[channel][row], weights.0[channel][row]);
                 let (first, second) = (sent[0].0[channel][row], sent[1].0[channel][row]);
                 let expected = if known[row] { weight * albedos.0[channel][row] } else { first + second };
                 let off = expected - first - second;

@@ -3,6 +3,7 @@
 //! All kinds take the same steps, [`scatter`]; a kind says by its [`Surface`] how a surface of it scatters light.
 
 mod arrivals;
+mod block;
 mod coated;
 mod dielectric;
 mod lambert;
@@ -12,7 +13,8 @@ mod principled;
 mod rough_diffuse;
 mod roulette;
 
-pub(crate) use arrivals::{Rows, scatter_block};
+pub(crate) use arrivals::scatter_block;
+pub(crate) use block::Rows;
 pub(crate) use metal::Conductor;
 
 use brewster_buffers::{DetailId, Integrator, MaterialKind};
@@ -67,7 +69,7 @@ pub trait Scatter {
 }
 
 /// How one point of a surface scatters light, in the frame of [`lobe`](brewster_optics::lobe).
-pub trait Surface {
+pub trait Surface: Copy {
     /// Whether it scatters into single directions only, which no light can be sampled in.
     fn is_smooth(&self) -> bool;
 

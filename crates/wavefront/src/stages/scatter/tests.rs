@@ -21,6 +21,7 @@ const NO_NUMBER: u32 = u32::MAX;
 /// Surfaces of a kind whose sampler is told to send on some parts in a hundred of what it would.
 struct Off<Kind, const PERCENT: u32>(PhantomData<Kind>);
 
+#[derive(Clone, Copy)]
 struct OffSurface<S, const PERCENT: u32>(S);
 
 impl<Kind: Scatter, const PERCENT: u32> Scatter for Off<Kind, PERCENT> {
@@ -82,6 +83,7 @@ fn off<const PERCENT: u32>(sample: Option<LobeSample>) -> Option<LobeSample> {
 /// White by theory; what samples weigh is spread about 1.
 enum OnWhite {}
 
+#[derive(Clone, Copy)]
 struct White;
 
 impl Scatter for OnWhite {
