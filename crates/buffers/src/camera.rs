@@ -105,7 +105,13 @@ impl Camera {
     /// (1, 1); `aspect` is width over height; `lens` lies in the unit disk, in its middle for a pinhole.
     #[inline(always)]
     pub fn ray(&self, place: Vec2, aspect: f32, lens: Vec2, time: f32) -> Ray {
-        let CameraFrame { position, right, up, forward } = self.frame(time);
+        self.ray_from(self.frame(time), place, aspect, lens, time)
+    }
+
+    /// [`Self::ray`] where the camera's frame at the moment is known.
+    #[inline(always)]
+    pub fn ray_from(&self, frame: CameraFrame, place: Vec2, aspect: f32, lens: Vec2, time: f32) -> Ray {
+        let CameraFrame { position, right, up, forward } = frame;
         let x = (2.0 * place.x - 1.0) * aspect;
         let y = 1.0 - 2.0 * place.y;
         // The ray through the middle of the lens; its direction goes one meter forward.

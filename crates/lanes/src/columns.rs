@@ -177,6 +177,12 @@ macro_rules! columns {
 
         #[allow(dead_code, unreachable_pub, reason = "a declaration offers all of it, whatever its crate uses")]
         impl<'a> $View<'a> {
+            /// A row as columns of one row.
+            #[inline(always)]
+            pub fn of(row: &'a $Row) -> $View<'a> {
+                $View { $( $field: ::core::slice::from_ref(&row.$field), )* }
+            }
+
             /// The number of rows.
             #[inline]
             #[allow(unreachable_code, reason = "the first column speaks for all")]
@@ -272,6 +278,7 @@ mod tests {
         assert_eq!((0..4).map(|i| columns.view().letter[i]).collect::<Vec<_>>(), b"bacd");
         columns.set(3, ROWS[0]);
         assert_eq!(columns.view().slice(2..4).letter, b"ca");
+        assert_eq!((PairView::of(&ROWS[3]).len(), PairView::of(&ROWS[3]).get(0)), (1, ROWS[3]));
         columns.truncate(1);
         assert_eq!(columns.len(), 1);
         columns.clear();

@@ -86,10 +86,12 @@ impl FresnelModel {
         let Some(cos_t) = refraction::cos_t(cos_i, eta_i, eta_t) else {
             return DielectricSplit { reflectance: 1.0, cos_t: 0.0 };
         };
-        let reflectance = match self {
-            FresnelModel::Exact => dielectric_cosine_form(cos_i, cos_t, eta_i, eta_t).unpolarized(),
-            FresnelModel::Schlick => schlick(cos_i, f0_dielectric(eta_i, eta_t)),
-            FresnelModel::SchlickThetaM => schlick(cos_i.min(cos_t), f0_dielectric(eta_i, eta_t)),
+        // No `match`: with one, loops do not become vector code.
+        let cosine = if self == FresnelModel::SchlickThetaM { cos_i.min(cos_t) } else { cos_i };
+        let reflectance = if self == FresnelModel::Exact {
+            dielectric_cosine_form(cos_i, cos_t, eta_i, eta_t).unpolarized()
+        } else {
+            schlick(cosine, f0_dielectric(eta_i, eta_t))
         };
         DielectricSplit { reflectance, cos_t }
     }

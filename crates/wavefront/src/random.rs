@@ -51,6 +51,9 @@ use self::sobol::{SOBOL_3, SOBOL_4, pascal, permuted, product, scrambled};
 pub struct PixelKey(u32);
 
 impl PixelKey {
+    /// The key of the pixel at (0, 0).
+    pub const ORIGIN: PixelKey = PixelKey(0);
+
     /// The key of a pixel of the picture; coordinates are below 65,536.
     #[inline(always)]
     pub fn new(x: u32, y: u32) -> PixelKey {

@@ -18,8 +18,8 @@ use crate::batch::Batch;
 use crate::context::Context;
 use crate::media::{MediaId, MediaStacks};
 use crate::queues::{
-    Contribution, OnCoated, OnDielectric, OnLambert, OnMetal, OnPrincipled, OnRoughDiffuse, PathRay, RaySource, Sample,
-    Scattering, ShadowRay, SurfaceHit,
+    Contribution, OnCoated, OnDielectric, OnLambert, OnMetal, OnPrincipled, OnRoughDiffuse, PathRay, PathRaysView,
+    RaySource, Sample, Scattering, ShadowRay, SurfaceHit, SurfaceHitsView,
 };
 use crate::random::{PixelKey, Stream};
 use crate::stages::scatter::{Rows, Scatter, cut, scatter_block, scatter_in_medium};
@@ -355,22 +355,23 @@ impl<B: Beside> Follower<'_, '_, '_, B> {
         let counts = &mut stats.depths[depth as usize].counts[source as usize];
         let settings = &context.scene.settings;
         let goes_on = Continuation { goes_on: depth < settings.max_depth, threshold: settings.contribution_threshold };
+        let (rays, hits) = (PathRaysView::of(ray), SurfaceHitsView::of(hit));
         match kind {
             MaterialKind::Phong => {
                 count(counts, Stage::ShadePhong);
-                light_phong(context, ray, hit, sent);
+                light_phong::<1>(context, rays, hits, sent);
             }
             MaterialKind::Lambert => {
                 count(counts, Stage::ShadeLambert);
-                light_lambert(context, ray, hit, sent);
+                light_lambert::<1>(context, rays, hits, sent);
             }
             MaterialKind::Metal => {
                 count(counts, Stage::ShadeMetal);
-                mirror_at_metal(context, (ray, hit), stacks, goes_on, sent, counts);
+                mirror_at_metal::<1>(context, (rays, hits), stacks, goes_on, sent, counts);
             }
             MaterialKind::Dielectric => {
                 count(counts, Stage::ShadeDielectric);
-                split_at_dielectric(context, (ray, hit), stacks, goes_on, sent, counts);
+                split_at_dielectric::<1>(context, (rays, hits), stacks, goes_on, sent, counts);
             }
             MaterialKind::Emissive => {
                 count(counts, Stage::ShadeEmissive);

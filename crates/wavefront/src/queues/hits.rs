@@ -1,6 +1,7 @@
 //! Hits, sorted by the kind of material: one queue a kind.
 
 use std::marker::PhantomData;
+use std::slice::from_ref;
 
 use brewster_geometry::{SurfacePlace, SurfacePoint};
 use brewster_lanes::columns;
@@ -85,6 +86,28 @@ pub struct SurfaceHitsView<'a> {
 }
 
 impl<'a> SurfaceHitsView<'a> {
+    /// A hit as columns of one row.
+    #[inline(always)]
+    pub(crate) fn of(hit: &'a SurfaceHit) -> SurfaceHitsView<'a> {
+        let SurfaceHit { ray, instance, primitive, material, point, time } = hit;
+        let rows = SurfaceHitRowsView {
+            ray: from_ref(ray),
+            instance: from_ref(instance),
+            primitive: from_ref(primitive),
+            material: from_ref(material),
+            point: from_ref(point),
+        };
+        SurfaceHitsView { rows, times: from_ref(time) }
+    }
+
+    /// At most `length` hits from row `start` on.
+    #[inline(always)]
+    pub fn run(&self, start: usize, length: usize) -> SurfaceHitsView<'a> {
+        let run = start..self.len().min(start + length);
+        let times = if self.times.is_empty() { self.times } else { &self.times[run.clone()] };
+        SurfaceHitsView { rows: self.rows.slice(run), times }
+    }
+
     /// The number of hits.
     #[inline(always)]
     pub fn len(&self) -> usize {
@@ -197,10 +220,7 @@ impl<'a, Kind> HitsOf<'a, Kind> {
 
     /// At most `length` hits from row `start` on.
     pub fn run(&self, start: usize, length: usize) -> HitsOf<'a, Kind> {
-        let SurfaceHitsView { rows, times } = self.hits;
-        let run = start..rows.len().min(start + length);
-        let times = if times.is_empty() { times } else { &times[run.clone()] };
-        HitsOf { hits: SurfaceHitsView { rows: rows.slice(run), times }, kind: PhantomData }
+        HitsOf { hits: self.hits.run(start, length), kind: PhantomData }
     }
 }
 

@@ -20,6 +20,7 @@ pub mod shade;
 mod shadow;
 mod sort;
 mod trace;
+mod vectors;
 
 pub use absorb::absorb;
 pub(crate) use absorb::weaken;

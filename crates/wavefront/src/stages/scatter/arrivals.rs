@@ -11,12 +11,13 @@ use brewster_buffers::LightSample;
 use brewster_optics::lobe::{DELTA, LobeSplit, LobeValue, power_heuristic};
 use glam::{Vec2, Vec3};
 
-use super::block::{Chosen, Lights, Loads, Places, Rows, Vectors, count};
+use super::block::{Chosen, Lights, Loads, Places, Rows};
 use super::{Scatter, Surface, roulette};
 use crate::context::Context;
 use crate::ledger::{Ledger, units};
 use crate::media::{MediaId, MediaStacks};
 use crate::queues::{Contribution, End, Event, PathRaysView, ShadowRaysView};
+use crate::stages::vectors::{Vectors, count};
 use crate::stages::{Numbers, Outlet};
 use crate::stats::Counts;
 

@@ -16,30 +16,7 @@ use crate::queues::{PathRay, SurfaceHit, Trail};
 use crate::random::Stream;
 use crate::stages::Numbers;
 use crate::stages::shade::facing;
-
-/// Vectors of a block's rows.
-#[derive(Clone, Copy)]
-pub(super) struct Vectors<const N: usize>(pub(super) [[f32; N]; 3]);
-
-impl<const N: usize> Vectors<N> {
-    pub(super) const ZERO: Vectors<N> = Vectors([[0.0; N]; 3]);
-
-    #[inline(always)]
-    pub(super) fn get(&self, row: usize) -> Vec3 {
-        Vec3::new(self.0[0][row], self.0[1][row], self.0[2][row])
-    }
-
-    #[inline(always)]
-    pub(super) fn set(&mut self, row: usize, vector: Vec3) {
-        (self.0[0][row], self.0[1][row], self.0[2][row]) = vector.into();
-    }
-}
-
-/// How many of a block's rows are marked.
-#[inline(always)]
-pub(super) fn count<const N: usize>(marks: &[bool; N]) -> u64 {
-    marks.iter().map(|&mark| u64::from(mark)).sum()
-}
+use crate::stages::vectors::Vectors;
 
 /// Rays that arrive, and what each meets: at most as many as a block has lanes. What lies beyond is some row's copy.
 pub(crate) trait Rows {

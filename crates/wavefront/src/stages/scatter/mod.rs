@@ -28,6 +28,7 @@ use glam::{Vec2, Vec3};
 pub(crate) use self::medium::scatter_in_medium;
 pub use self::medium::scatter_medium;
 use super::shade::facing_normals;
+use super::vectors::LANES;
 use super::{Drawn, DrawsView, Points, Queues};
 use crate::albedo::Albedos;
 use crate::context::Context;
@@ -346,9 +347,6 @@ fn disperse(context: &Context<'_>, ray: &mut PathRay, filling: [Medium; 2], firs
 
 /// Shadow rays that a hit sends at most: toward a light and toward the background.
 pub const SHADOW_RAYS: usize = 2;
-
-/// Rows of a block: as many f32 as the widest vector has.
-const LANES: usize = 16;
 
 /// Of so many hits without a tabulated albedo one is estimated for the ledger.
 const ASKED: f32 = 4.0;

@@ -1,40 +1,19 @@
 //! Shades hits on dielectrics: every one splits into both queues, with F_r and F_t.
 
-use brewster_buffers::DielectricsView;
-use brewster_geometry::offset_origin;
+use brewster_lanes::dispatch;
+use brewster_optics::fresnel::FresnelModel;
 use brewster_optics::phong::highlight as phong_highlight;
 use brewster_optics::refraction::{mirror, refract_with_cosine};
 use glam::Vec3;
 
-use super::{Continuation, facing_normals, send_shadow_ray};
+use super::Continuation;
+use super::arrivals::{Arrivals, Onward};
 use crate::context::Context;
-use crate::media::{MediaId, MediaStacks, Medium};
-use crate::queues::{HitsOf, OnDielectric, PathRay, PathRaysView, SurfaceHit};
+use crate::media::{Boundary, MediaId, MediaStacks, Medium};
+use crate::queues::{Event, HitsOf, OnDielectric, PathRaysView, SurfaceHitsView};
 use crate::stages::Outlet;
+use crate::stages::vectors::{LANES, Vectors, count};
 use crate::stats::Counts;
-
-/// What a ray finds at a boundary.
-struct Split {
-    /// The part that is reflected, F_r; the rest is transmitted.
-    reflectance: f32,
-    /// Unit mirror direction.
-    reflected: Vec3,
-    /// Unit refracted direction; none where everything is reflected.
-    transmitted: Option<Vec3>,
-    /// The media in front of the boundary and behind it.
-    media: [MediaId; 2],
-    /// Unit normal for shading, on the side that the ray came from.
-    normal: Vec3,
-    /// Unit geometric normal on the side that the ray came from.
-    geometric: Vec3,
-}
-
-impl Split {
-    /// The media around a ray that leaves the boundary: the geometric normal decides on which side it runs.
-    fn media_of(&self, direction: Vec3) -> MediaId {
-        self.media[usize::from(direction.dot(self.geometric) < 0.0)]
-    }
-}
 
 /// For each hit: for each light a shadow ray with the Phong highlight about the mirror direction times F_r, or about the
 /// refracted direction times F_t for lights behind the boundary, and, below the maximum depth, a reflection with weight
@@ -51,79 +30,172 @@ pub fn shade_dielectric(
     outlet: &mut impl Outlet,
     counts: &mut Counts,
 ) {
-    let hits = hits.columns();
-    for row in 0..hits.len() {
-        let hit = hits.get(row);
-        split_at_dielectric(context, (&rays.get(hit.ray as usize), &hit), stacks, continuation, outlet, counts);
+    split_blocks(context.policy.level, context, rays, hits.columns(), stacks, continuation, outlet, counts);
+}
+
+dispatch! {
+    fn split_blocks<O: Outlet>(
+        context: &Context<'_>,
+        rays: PathRaysView<'_>,
+        hits: SurfaceHitsView<'_>,
+        stacks: &mut MediaStacks,
+        continuation: Continuation,
+        outlet: &mut O,
+        counts: &mut Counts,
+    ) {
+        for start in (0..hits.len()).step_by(LANES) {
+            let hits = hits.run(start, LANES);
+            split_at_dielectric::<LANES>(context, (rays, hits), stacks, continuation, outlet, counts);
+        }
     }
 }
 
-/// One hit.
+/// A block of hits.
 #[inline(always)]
-pub(crate) fn split_at_dielectric(
+pub(crate) fn split_at_dielectric<const N: usize>(
     context: &Context<'_>,
-    (ray, hit): (&PathRay, &SurfaceHit),
+    (rays, hits): (PathRaysView<'_>, SurfaceHitsView<'_>),
     stacks: &mut MediaStacks,
     continuation: Continuation,
     outlet: &mut impl Outlet,
     counts: &mut Counts,
 ) {
-    let dielectrics = context.scene.materials.dielectric.view();
-    let split = split(&dielectrics, stacks, ray, hit);
-    highlight(context, ray, hit, &split, outlet);
-    let send = |direction: Vec3, factor: f32| {
-        let origin = offset_origin(&hit.point, direction);
-        let along = ray.along(origin, direction);
-        PathRay { weight: ray.weight * factor, instance: hit.instance, media: split.media_of(direction), ..along }
-    };
-    continuation.reflect(send(split.reflected, split.reflectance), outlet, counts);
-    match split.transmitted {
-        Some(direction) => continuation.transmit(send(direction, 1.0 - split.reflectance), outlet, counts),
-        None => counts.totally_reflected += 1,
+    let arrivals = Arrivals::<N>::new(context, rays, hits);
+    let boundaries = Boundaries::new(&arrivals, stacks);
+    let split = Split::new(&arrivals, &boundaries);
+    highlight(&arrivals, &boundaries, &split, outlet);
+    let (mut reflected, mut transmitted) = (Vectors::<N>::ZERO, Vectors::<N>::ZERO);
+    let (mut in_front, mut behind) = ([MediaId::VACUUM; N], [MediaId::VACUUM; N]);
+    for row in 0..N {
+        let (weight, reflectance) = (arrivals.weights.get(row), split.reflectances[row]);
+        reflected.set(row, weight * reflectance);
+        transmitted.set(row, weight * (1.0 - reflectance));
+        in_front[row] = media_of(&arrivals, &boundaries, row, split.reflected.get(row));
+        behind[row] = media_of(&arrivals, &boundaries, row, split.transmitted.get(row));
     }
+    let reflections = Onward { sent: [true; N], directions: split.reflected, weights: reflected, media: in_front };
+    arrivals.send(&reflections, Event::Mirrored, continuation, outlet, counts);
+    counts.totally_reflected += hits.len() as u64 - count(&split.transmits);
+    let transmissions =
+        Onward { sent: split.transmits, directions: split.transmitted, weights: transmitted, media: behind };
+    arrivals.send(&transmissions, Event::Refracted, continuation, outlet, counts);
 }
 
-/// Where light goes at the boundary.
-fn split(dielectrics: &DielectricsView<'_>, stacks: &mut MediaStacks, ray: &PathRay, hit: &SurfaceHit) -> Split {
-    let direction = ray.direction();
-    let inward = direction.dot(hit.point.geometric_normal) < 0.0;
-    let boundary = stacks.boundary(ray.media, Medium(hit.material), inward, dielectrics);
-    let [eta_i, eta_t] = boundary.indices(direction, &hit.point, dielectrics);
-    let (geometric, normal) = facing_normals(hit, direction);
-
-    let cos_i = (-direction.dot(normal)).clamp(0.0, 1.0);
-    let fresnel = dielectrics.fresnel[hit.material as usize].dielectric(cos_i, eta_i, eta_t);
-    let refracted = || refract_with_cosine(direction, normal, fresnel.cos_t, eta_i / eta_t);
-    Split {
-        reflectance: fresnel.reflectance,
-        reflected: mirror(direction, normal),
-        transmitted: (!fresnel.is_total()).then(refracted),
-        media: [ray.media, boundary.behind],
-        normal,
-        geometric,
-    }
+/// The media around a ray of a row that leaves the boundary: the geometric normal decides on which side it runs.
+#[inline(always)]
+fn media_of<const N: usize>(
+    arrivals: &Arrivals<'_, N>,
+    boundaries: &Boundaries<N>,
+    row: usize,
+    direction: Vec3,
+) -> MediaId {
+    if direction.dot(arrivals.geometric.get(row)) < 0.0 { boundaries.behind[row] } else { arrivals.media[row] }
 }
 
-/// The lights' images in the surface: a Phong lobe stands for each.
-fn highlight(context: &Context<'_>, ray: &PathRay, hit: &SurfaceHit, split: &Split, outlet: &mut impl Outlet) {
-    let scene = context.scene;
-    let material = scene.materials.dielectric.get(hit.material as usize);
-    let specular = scene.color(material.specular, &context.seen(hit.place()));
-    for index in 0..scene.lights.len() {
-        let light = scene.light_at(index, hit.time);
-        let seen = light.illuminate(hit.point.position);
-        let (side, geometric_side) = (seen.direction.dot(split.normal), seen.direction.dot(split.geometric));
-        let factor = if side > 0.0 && geometric_side > 0.0 {
-            split.reflectance * phong_highlight(seen.direction, split.reflected, material.exponent)
-        } else if side < 0.0 && geometric_side < 0.0 {
-            split.transmitted.map_or(0.0, |transmitted| {
-                (1.0 - split.reflectance) * phong_highlight(seen.direction, transmitted, material.exponent)
-            })
-        } else {
-            0.0
+/// The boundaries that a block's rays hit.
+struct Boundaries<const N: usize> {
+    /// The media behind them.
+    behind: [MediaId; N],
+    /// The indices for the Fresnel equations, and how these are computed.
+    eta_i: [f32; N],
+    eta_t: [f32; N],
+    models: [FresnelModel; N],
+    specular: Vectors<N>,
+    exponents: [f32; N],
+}
+
+impl<const N: usize> Boundaries<N> {
+    #[inline(always)]
+    fn new(arrivals: &Arrivals<'_, N>, stacks: &mut MediaStacks) -> Boundaries<N> {
+        let dielectrics = arrivals.context.scene.materials.dielectric.view();
+        let mut boundaries = Boundaries {
+            behind: [MediaId::VACUUM; N],
+            eta_i: [1.0; N],
+            eta_t: [1.0; N],
+            models: [FresnelModel::Exact; N],
+            specular: Vectors::ZERO,
+            exponents: [0.0; N],
         };
-        let media = split.media_of(seen.direction);
-        let seen_through = ray.weight * specular * factor * seen.irradiance;
-        send_shadow_ray(outlet, hit, ray, media, &light, seen.direction, seen_through);
+        // Neighbors mostly meet the same boundary.
+        let mut last: Option<((MediaId, u32, bool), Boundary)> = None;
+        for row in 0..N {
+            let (hit, direction) = (arrivals.hit(row), arrivals.directions.get(row));
+            let meets = (arrivals.media[row], hit.material, direction.dot(hit.point.geometric_normal) < 0.0);
+            let boundary = match last {
+                Some((same, boundary)) if same == meets => boundary,
+                _ => stacks.boundary(meets.0, Medium(meets.1), meets.2, &dielectrics),
+            };
+            last = Some((meets, boundary));
+            let material = hit.material as usize;
+            boundaries.behind[row] = boundary.behind;
+            [boundaries.eta_i[row], boundaries.eta_t[row]] = boundary.indices(direction, &hit.point, &dielectrics);
+            boundaries.models[row] = dielectrics.fresnel[material];
+            boundaries.specular.set(row, arrivals.color(row, dielectrics.specular[material]));
+            boundaries.exponents[row] = dielectrics.exponent[material];
+        }
+        boundaries
+    }
+}
+
+/// Where light goes at the boundaries.
+struct Split<const N: usize> {
+    /// The parts that are reflected, F_r; the rest is transmitted.
+    reflectances: [f32; N],
+    /// Unit mirror directions.
+    reflected: Vectors<N>,
+    /// Unit refracted directions of the rows that transmit something.
+    transmitted: Vectors<N>,
+    transmits: [bool; N],
+}
+
+impl<const N: usize> Split<N> {
+    #[inline(always)]
+    fn new(arrivals: &Arrivals<'_, N>, boundaries: &Boundaries<N>) -> Split<N> {
+        let (mut reflected, mut transmitted) = (Vectors::<N>::ZERO, Vectors::<N>::ZERO);
+        let (mut reflectances, mut cosines, mut transmits) = ([0.0; N], [0.0; N], [false; N]);
+        for row in 0..N {
+            let (eta_i, eta_t) = (boundaries.eta_i[row], boundaries.eta_t[row]);
+            let fresnel = boundaries.models[row].dielectric(arrivals.cos_i(row), eta_i, eta_t);
+            (reflectances[row], cosines[row]) = (fresnel.reflectance, fresnel.cos_t);
+            transmits[row] = arrivals.counted[row] & !fresnel.is_total();
+        }
+        for row in 0..N {
+            let (direction, normal) = (arrivals.directions.get(row), arrivals.normals.get(row));
+            let ratio = boundaries.eta_i[row] / boundaries.eta_t[row];
+            reflected.set(row, mirror(direction, normal));
+            let refracted = || refract_with_cosine(direction, normal, cosines[row], ratio);
+            transmitted.set(row, if transmits[row] { refracted() } else { Vec3::ZERO });
+        }
+        Split { reflectances, reflected, transmitted, transmits }
+    }
+}
+
+/// The lights' images in the surfaces: a Phong lobe stands for each.
+#[inline(always)]
+fn highlight<const N: usize>(
+    arrivals: &Arrivals<'_, N>,
+    boundaries: &Boundaries<N>,
+    split: &Split<N>,
+    outlet: &mut impl Outlet,
+) {
+    for index in 0..arrivals.context.scene.lights.len() {
+        let lamp = arrivals.lamp(index);
+        let (mut contributions, mut lit, mut media) = (Vectors::<N>::ZERO, [false; N], arrivals.media);
+        for row in 0..N {
+            let toward = lamp.directions.get(row);
+            let outside = arrivals.is_outside(row, toward);
+            let reflectance = split.reflectances[row];
+            let (part, lobe) = if outside {
+                (reflectance, split.reflected.get(row))
+            } else {
+                (1.0 - reflectance, split.transmitted.get(row))
+            };
+            let factor = part * phong_highlight(toward, lobe, boundaries.exponents[row]);
+            let seen_through = arrivals.weights.get(row) * boundaries.specular.get(row) * factor;
+            contributions.set(row, seen_through * lamp.irradiances.get(row));
+            lit[row] = outside | (split.transmits[row] & arrivals.is_inside(row, toward));
+            media[row] = media_of(arrivals, boundaries, row, toward);
+        }
+        arrivals.toward(&lamp, &contributions, &lit, &media, outlet);
     }
 }

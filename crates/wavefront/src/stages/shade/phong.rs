@@ -1,14 +1,17 @@
 //! Shades hits on Phong materials: ambient + diffuse + specular, the lecture's ordinary surface.
 
+#![expect(clippy::needless_range_loop, reason = "what belongs to a row stands in many columns")]
+
+use brewster_lanes::dispatch;
 use brewster_optics::lambert;
 use brewster_optics::phong::highlight as phong_highlight;
 use brewster_optics::refraction::mirror;
-use glam::Vec3;
 
-use super::{facing_normals, send_shadow_ray};
+use super::arrivals::Arrivals;
 use crate::context::Context;
-use crate::queues::{Contribution, End, HitsOf, OnPhong, PathRay, PathRaysView, SurfaceHit};
+use crate::queues::{Contribution, End, HitsOf, OnPhong, PathRaysView, SurfaceHitsView};
 use crate::stages::Outlet;
+use crate::stages::vectors::{LANES, Vectors};
 
 /// For each hit: the ambient term as a contribution, and for each light on the viewer's side a shadow ray with
 /// (albedo/π · N·L + ks · max(0, L·R)^exponent) · irradiance.
@@ -20,40 +23,55 @@ pub fn shade_phong(
     hits: &HitsOf<'_, OnPhong>,
     outlet: &mut impl Outlet,
 ) {
-    let hits = hits.columns();
-    for row in 0..hits.len() {
-        let hit = hits.get(row);
-        light_phong(context, &rays.get(hit.ray as usize), &hit, outlet);
+    light_blocks(context.policy.level, context, rays, hits.columns(), outlet);
+}
+
+dispatch! {
+    fn light_blocks<O: Outlet>(context: &Context<'_>, rays: PathRaysView<'_>, hits: SurfaceHitsView<'_>, outlet: &mut O) {
+        for start in (0..hits.len()).step_by(LANES) {
+            light_phong::<LANES>(context, rays, hits.run(start, LANES), outlet);
+        }
     }
 }
 
-/// One hit.
+/// A block of hits.
 #[inline(always)]
-pub(crate) fn light_phong(context: &Context<'_>, ray: &PathRay, hit: &SurfaceHit, outlet: &mut impl Outlet) {
+pub(crate) fn light_phong<const N: usize>(
+    context: &Context<'_>,
+    rays: PathRaysView<'_>,
+    hits: SurfaceHitsView<'_>,
+    outlet: &mut impl Outlet,
+) {
     let scene = context.scene;
-    let material = scene.materials.phong.get(hit.material as usize);
-    let direction = ray.direction();
-    let (geometric, normal) = facing_normals(hit, direction);
-    let mirror = mirror(direction, normal);
-    let color = |source| scene.color(source, &context.seen(hit.place()));
-    let (diffuse, specular) = (lambert::brdf(color(material.diffuse)), color(material.specular));
-
-    let ambient = ray.weight * color(material.ambient) * scene.ambient;
-    outlet.light(Contribution {
-        radiance: ambient,
-        sample: ray.sample,
-        trail: ray.trail.end(End::Surface),
-        instance: hit.instance,
-    });
-    for index in 0..scene.lights.len() {
-        let light = scene.light_at(index, hit.time);
-        let seen = light.illuminate(hit.point.position);
-        let cosine = seen.direction.dot(normal);
-        if cosine <= 0.0 || seen.direction.dot(geometric) <= 0.0 {
-            continue;
+    let materials = scene.materials.phong.view();
+    let arrivals = Arrivals::<N>::new(context, rays, hits);
+    let (mut diffuse, mut specular, mut exponents) = (Vectors::<N>::ZERO, Vectors::<N>::ZERO, [0.0; N]);
+    for row in 0..N {
+        let material = arrivals.hit(row).material as usize;
+        diffuse.set(row, lambert::brdf(arrivals.color(row, materials.diffuse[material])));
+        specular.set(row, arrivals.color(row, materials.specular[material]));
+        exponents[row] = materials.exponent[material];
+        if arrivals.counted[row] {
+            let ambient = arrivals.color(row, materials.ambient[material]);
+            outlet.light(Contribution {
+                radiance: arrivals.weights.get(row) * ambient * scene.ambient,
+                sample: arrivals.samples[row],
+                trail: arrivals.trails[row].end(End::Surface),
+                instance: arrivals.instances[row],
+            });
         }
-        let highlight = specular * phong_highlight(seen.direction, mirror, material.exponent);
-        let reflected: Vec3 = ray.weight * (diffuse * cosine + highlight) * seen.irradiance;
-        send_shadow_ray(outlet, hit, ray, ray.media, &light, seen.direction, reflected);
+    }
+    for index in 0..scene.lights.len() {
+        let lamp = arrivals.lamp(index);
+        let (mut contributions, mut lit) = (Vectors::<N>::ZERO, [false; N]);
+        for row in 0..N {
+            let (toward, normal) = (lamp.directions.get(row), arrivals.normals.get(row));
+            let mirror = mirror(arrivals.directions.get(row), normal);
+            let highlight = specular.get(row) * phong_highlight(toward, mirror, exponents[row]);
+            let reflected = arrivals.weights.get(row) * (diffuse.get(row) * toward.dot(normal) + highlight);
+            contributions.set(row, reflected * lamp.irradiances.get(row));
+            lit[row] = arrivals.is_outside(row, toward);
+        }
+        arrivals.toward(&lamp, &contributions, &lit, &arrivals.media, outlet);
     }
 }
