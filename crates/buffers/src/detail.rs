@@ -129,10 +129,7 @@ impl SceneBuffers {
     fn gradients(&self, texture: TextureId, place: &SeenPlace) -> [Vec3; 2] {
         let texture = (texture != TextureId::NONE).then(|| &self.textures.rows[texture.0 as usize]);
         match texture {
-            Some(Texture::Image(image)) => {
-                let [of_u, of_v] = self.uv_gradients(place, image.uv_set);
-                image.transform.rows.map(|[a, b, _]| of_u * a + of_v * b)
-            }
+            Some(Texture::Image(image)) => image.transform.gradients(self.uv_gradients(place, image.uv_set)),
             _ => self.uv_gradients(place, UvSet::First),
         }
     }

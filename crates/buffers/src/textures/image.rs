@@ -102,8 +102,15 @@ impl UvTransform {
     /// The mapped coordinates.
     #[inline(always)]
     pub fn apply(&self, uv: Vec2) -> Vec2 {
-        let [u, v] = self.rows.map(|[a, b, c]| uv.x * a + uv.y * b + c);
-        Vec2::new(u, v)
+        let [u, v] = &self.rows;
+        Vec2::new(uv.x * u[0] + uv.y * u[1] + u[2], uv.x * v[0] + uv.y * v[1] + v[2])
+    }
+
+    /// How much the mapped coordinates grow where those before grow so much.
+    #[inline(always)]
+    pub fn gradients(&self, [of_u, of_v]: [Vec3; 2]) -> [Vec3; 2] {
+        let [u, v] = &self.rows;
+        [of_u * u[0] + of_v * u[1], of_u * v[0] + of_v * v[1]]
     }
 }
 
@@ -124,10 +131,10 @@ impl Texels {
 }
 
 impl Image {
-    /// Whether there are pixels, and as many as width and height say.
+    /// Whether there are pixels, as many as width and height say and as u32 can count.
     pub fn is_sound(&self) -> bool {
         let texels = self.width as usize * self.height as usize;
-        texels > 0 && self.texels.len() == texels
+        texels > 0 && self.texels.len() == texels && u32::try_from(texels).is_ok()
     }
 
     /// A pixel as linear color and alpha.
@@ -196,34 +203,60 @@ impl ImageTexture {
         self.look(self.transform.apply(uv))
     }
 
-    /// Color and alpha at coordinates of its set, of all that lies in a part of the picture that is so many pixels wide: a mean of the
-    /// two levels whose pixels are next to that.
+    /// How it lies over a surface.
+    #[inline(always)]
+    pub(super) fn lie(&self) -> Lie {
+        let ImageTexture { ref image, wrap, filter, uv_set, transform, .. } = *self;
+        Lie { size: [image.width, image.height], wrap, filter, uv_set, transform }
+    }
+
+    /// Where the two levels are looked up whose pixels are next to a part of the picture that is so many pixels wide, around coordinates
+    /// of its set.
     #[inline]
-    pub(super) fn around(&self, uv: Vec2, pixels: f32) -> Vec4 {
+    pub(super) fn spot(&self, uv: Vec2, pixels: f32) -> Spot {
         let uv = self.transform.apply(uv);
-        let Some(pyramid) = self.pyramid.as_ref().filter(|_| pixels > 1.0) else { return self.look(uv) };
-        let levels = pyramid.levels();
-        let level = math::log2(pixels).min(levels.len() as f32);
+        let levels = self.pyramid.as_ref().map_or(&[][..], |pyramid| pyramid.levels());
+        let level = if pixels > 1.0 { math::log2(pixels).min(levels.len() as f32) } else { 0.0 };
         let low = floor(level);
-        let at = |level: usize| match level.checked_sub(1).and_then(|below| levels.get(below)) {
+        let picture = |level: usize| match level.checked_sub(1).and_then(|below| levels.get(below)) {
+            Some(below) => below,
+            None => &*self.image,
+        };
+        let (level, part) = (low as usize, level - low);
+        let fine = self.corners(picture(level), uv);
+        let coarse = if part == 0.0 { fine } else { self.corners(picture(level + 1), uv) };
+        Spot { level: level as u32, part, fine, coarse }
+    }
+
+    /// Color and alpha of all that lies around a spot: a mean of two levels.
+    #[inline]
+    pub(super) fn around(&self, spot: &Spot) -> Vec4 {
+        let level = spot.level as usize;
+        let fine = self.mean_of_level(level, &spot.fine);
+        if spot.part == 0.0 {
+            return fine;
+        }
+        fine * (1.0 - spot.part) + self.mean_of_level(level + 1, &spot.coarse) * spot.part
+    }
+
+    /// Color and alpha of a level between four of its pixels.
+    #[inline]
+    fn mean_of_level(&self, level: usize, corners: &Corners) -> Vec4 {
+        let levels = self.pyramid.as_ref().map_or(&[][..], |pyramid| pyramid.levels());
+        match level.checked_sub(1).and_then(|below| levels.get(below)) {
             // A level has words, or the floats of its picture.
             Some(level) => match &level.texels {
-                Texels::Words(texels) => {
-                    let raw = |index: usize| Vec4::from_array(texels[index].map(f32::from));
-                    self.corners(level, uv).mix(raw) * (1.0 / 65535.0)
-                }
-                _ => self.look_at(level, Encoding::Linear, uv),
+                Texels::Words(texels) => corners.mix(|index| numbers(texels[index])) * (1.0 / 65535.0),
+                _ => corners.look(level, Encoding::Linear),
             },
-            None => self.look(uv),
-        };
-        let (fine, part) = (at(low as usize), level - low);
-        if part == 0.0 { fine } else { fine * (1.0 - part) + at(low as usize + 1) * part }
+            None => corners.look(&self.image, self.encoding),
+        }
     }
 
     /// How many pixels of it lie across a meter of a surface, given by how much its coordinates grow along it.
     #[inline]
-    pub(super) fn pixels_across(&self, [of_u, of_v]: [Vec3; 2]) -> f32 {
-        let [u, v] = self.transform.rows.map(|[a, b, _]| of_u * a + of_v * b);
+    pub(super) fn pixels_across(&self, gradients: [Vec3; 2]) -> f32 {
+        let [u, v] = self.transform.gradients(gradients);
         let of_u = (u * self.image.width as f32).length_squared();
         of_u.max((v * self.image.height as f32).length_squared()).sqrt()
     }
@@ -241,37 +274,18 @@ impl ImageTexture {
     /// Color and alpha at a place of the picture.
     #[inline]
     fn look(&self, uv: Vec2) -> Vec4 {
-        self.look_at(&self.image, self.encoding, uv)
+        self.corners(&self.image, uv).look(&self.image, self.encoding)
     }
 
-    /// The same of the picture in another size.
-    #[inline]
-    fn look_at(&self, image: &Image, encoding: Encoding, uv: Vec2) -> Vec4 {
-        let corners = self.corners(image, uv);
-        match &image.texels {
-            Texels::Bytes(texels) => {
-                let table = color_table(encoding);
-                corners.mix(|index| of_bytes(texels[index], table))
-            }
-            Texels::Words(texels) => corners.mix(|index| of_words(texels[index], encoding)),
-            Texels::Floats(texels) => corners.mix(|index| Vec3::from_array(texels[index]).extend(1.0)),
-        }
-    }
-
-    /// The pixels of a picture around a place.
+    /// The pixels around a place of the picture in one of its sizes.
     #[inline(always)]
     fn corners(&self, image: &Image, uv: Vec2) -> Corners {
         let [wrap_u, wrap_v] = self.wrap;
         let (x, y) = (wrap_u.within(uv.x), 1.0 - wrap_v.within(uv.y));
         let ([left, right], across) = self.filter.between(x, image.width, wrap_u);
         let ([above, below], down) = self.filter.between(y, image.height, wrap_v);
-        let pixel = |row: usize, column: usize| row * image.width as usize + column;
-        Corners {
-            top: [pixel(above, left), pixel(above, right)],
-            bottom: [pixel(below, left), pixel(below, right)],
-            across,
-            down,
-        }
+        let (above, below) = (above * image.width, below * image.width);
+        Corners { top: [above + left, above + right], bottom: [below + left, below + right], across, down }
     }
 
     /// The mean of all pixels.
@@ -282,10 +296,32 @@ impl ImageTexture {
     }
 }
 
+/// How a picture lies over a surface: pictures that lie alike are looked up at the same pixels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Lie {
+    size: [u32; 2],
+    wrap: [Wrap; 2],
+    filter: Filter,
+    uv_set: UvSet,
+    transform: UvTransform,
+}
+
+/// The pixels of two levels of a picture around a place.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Spot {
+    /// The finer level; 0 is the picture itself.
+    level: u32,
+    /// How much of the coarser one is seen.
+    part: f32,
+    fine: Corners,
+    coarse: Corners,
+}
+
 /// Four pixels around a place, and how far it is from the first ones to the others.
+#[derive(Clone, Copy, Debug)]
 struct Corners {
-    top: [usize; 2],
-    bottom: [usize; 2],
+    top: [u32; 2],
+    bottom: [u32; 2],
     across: f32,
     down: f32,
 }
@@ -294,15 +330,29 @@ impl Corners {
     /// A bilinear mean.
     #[inline(always)]
     fn mix(&self, texel: impl Fn(usize) -> Vec4) -> Vec4 {
-        let row = |[left, right]: [usize; 2]| texel(left) * (1.0 - self.across) + texel(right) * self.across;
+        let row =
+            |[left, right]: [u32; 2]| texel(left as usize) * (1.0 - self.across) + texel(right as usize) * self.across;
         row(self.top) * (1.0 - self.down) + row(self.bottom) * self.down
+    }
+
+    /// Linear color and alpha between pixels of a picture.
+    #[inline]
+    fn look(&self, image: &Image, encoding: Encoding) -> Vec4 {
+        match &image.texels {
+            Texels::Bytes(texels) => {
+                let table = color_table(encoding);
+                self.mix(|index| of_bytes(texels[index], table))
+            }
+            Texels::Words(texels) => self.mix(|index| of_words(texels[index], encoding)),
+            Texels::Floats(texels) => self.mix(|index| Vec3::from_array(texels[index]).extend(1.0)),
+        }
     }
 }
 
 impl Filter {
     /// The two pixels of a row of `size` between which a place of it is, from 0 to 1 along the row, and how far it is from the first.
     #[inline(always)]
-    fn between(self, place: f32, size: u32, wrap: Wrap) -> ([usize; 2], f32) {
+    fn between(self, place: f32, size: u32, wrap: Wrap) -> ([u32; 2], f32) {
         let place = place * size as f32;
         match self {
             Filter::Nearest => {
@@ -327,6 +377,12 @@ fn color_table(encoding: Encoding) -> &'static [f32; 256] {
 #[inline(always)]
 fn of_bytes([r, g, b, a]: [u8; 4], table: &[f32; 256]) -> Vec4 {
     Vec4::new(table[usize::from(r)], table[usize::from(g)], table[usize::from(b)], UNIT[usize::from(a)])
+}
+
+/// Words as numbers from 0 to 65535.
+#[inline(always)]
+fn numbers([r, g, b, a]: [u16; 4]) -> Vec4 {
+    Vec4::new(f32::from(r), f32::from(g), f32::from(b), f32::from(a))
 }
 
 #[inline(always)]
@@ -362,7 +418,7 @@ impl Wrap {
     /// The pixel, of `size` in a row, that stands at a place of the row that goes on beyond its ends: at most a period before the
     /// first or behind the last.
     #[inline(always)]
-    fn index(self, place: i32, size: u32) -> usize {
+    fn index(self, place: i32, size: u32) -> u32 {
         let size = size as i32;
         let within = |period: i32| match place {
             place if place < 0 => place + period,
@@ -377,7 +433,7 @@ impl Wrap {
             }
             Wrap::Clamp => place.clamp(0, size - 1),
         };
-        index as usize
+        index as u32
     }
 }
 

@@ -180,10 +180,18 @@ impl SceneBuffers {
     }
 
     fn seen_from_afar(&self, image: &ImageTexture, place: &SeenPlace) -> Vec4 {
-        let geometry = self.geometry();
-        let pixels = place.width * image.pixels_across(self.uv_gradients(place, image.uv_set));
-        let color = image.around(geometry.uv(place, image.uv_set), pixels);
-        if image.vertex_colors { color * geometry.vertex_color(place) } else { color }
+        let lie = image.lie();
+        let spot = match place.spot.get() {
+            Some((known, spot)) if known == lie => spot,
+            _ => {
+                let pixels = place.width * image.pixels_across(self.uv_gradients(place, image.uv_set));
+                let spot = image.spot(self.geometry().uv(place, image.uv_set), pixels);
+                place.spot.set(Some((lie, spot)));
+                spot
+            }
+        };
+        let color = image.around(&spot);
+        if image.vertex_colors { color * self.geometry().vertex_color(place) } else { color }
     }
 
     /// All that a texture can depend on.

@@ -36,8 +36,13 @@ impl Pyramid {
     }
 }
 
-/// Each pixel the mean of those that it covers, by how much of them.
+/// Each pixel the mean of those that it covers.
 fn shrunk(from: [u32; 2], to: [u32; 2], texel: impl Fn(usize) -> Vec4 + Sync) -> Vec<Vec4> {
+    if from == to.map(|side| 2 * side) { quartered(from[0] as usize, to, texel) } else { weighed(from, to, texel) }
+}
+
+/// The mean of pixels that are covered, by how much of them.
+fn weighed(from: [u32; 2], to: [u32; 2], texel: impl Fn(usize) -> Vec4 + Sync) -> Vec<Vec4> {
     let spans = |axis: usize| -> Vec<Vec<(usize, f64)>> {
         let (many, few) = (f64::from(from[axis]), f64::from(to[axis]));
         let span = |at: u32| {
@@ -65,6 +70,22 @@ fn shrunk(from: [u32; 2], to: [u32; 2], texel: impl Fn(usize) -> Vec4 + Sync) ->
     means
 }
 
+/// The same where each pixel covers two by two whole ones.
+fn quartered(width: usize, to: [u32; 2], texel: impl Fn(usize) -> Vec4 + Sync) -> Vec<Vec4> {
+    let mut means = vec![Vec4::ZERO; to[0] as usize * to[1] as usize];
+    means.par_chunks_exact_mut(to[0] as usize).enumerate().for_each(|(y, means)| {
+        for (x, mean) in means.iter_mut().enumerate() {
+            let first = 2 * (y * width + x);
+            let mut sum = DVec4::ZERO;
+            for index in [first, first + 1, first + width, first + width + 1] {
+                sum += texel(index).as_dvec4() * 0.25;
+            }
+            *mean = sum.as_vec4();
+        }
+    });
+    means
+}
+
 /// Pixels in a precision that does not fall behind the picture's.
 fn stored(level: &[Vec4], like: &Texels) -> Texels {
     match like {
@@ -79,6 +100,12 @@ fn stored(level: &[Vec4], like: &Texels) -> Texels {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn two_by_two_pixels_are_weighed_alike() {
+        let texel = |index: usize| Vec4::splat((index * 7919 % 1000) as f32).map(|x| (x + 0.1).recip());
+        assert_eq!(quartered(12, [6, 5], texel), weighed([12, 10], [6, 5], texel));
+    }
 
     /// Pictures of even and odd sides: every level has their mean, and the last is one pixel.
     #[test]

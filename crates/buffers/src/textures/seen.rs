@@ -6,16 +6,19 @@ use std::ops::Deref;
 use brewster_geometry::{SurfacePlace, UvSet};
 use glam::{Vec3, Vec4};
 
+use super::image::{Lie, Spot};
 use crate::{SceneBuffers, TextureId};
 
 /// A place of a surface, where any number of textures are looked up: how their coordinates run over the surface is found once, and
-/// only if one of them asks; a texture of which several channels are asked one after the other is looked up once. Belongs to one hit
-/// and one thread.
+/// only if one of them asks; of textures that lie alike, asked one after the other, the pixels around it are found once; a texture of which
+/// several channels are asked one after the other is looked up once. Belongs to one hit and one thread.
 #[derive(Clone, Debug)]
 pub struct SeenPlace {
     place: SurfacePlace,
     /// Of the first coordinates.
     gradients: Cell<Option<[Vec3; 2]>>,
+    /// How the texture lies that was looked up last from afar, and at which pixels.
+    pub(super) spot: Cell<Option<(Lie, Spot)>>,
     /// The texture that was looked up last, and what was found.
     pub(super) last: Cell<(TextureId, Vec4)>,
 }
@@ -23,7 +26,8 @@ pub struct SeenPlace {
 impl From<SurfacePlace> for SeenPlace {
     #[inline(always)]
     fn from(place: SurfacePlace) -> SeenPlace {
-        SeenPlace { place, gradients: Cell::new(None), last: Cell::new((TextureId::NONE, Vec4::ZERO)) }
+        let last = Cell::new((TextureId::NONE, Vec4::ZERO));
+        SeenPlace { place, gradients: Cell::new(None), spot: Cell::new(None), last }
     }
 }
 
