@@ -4,8 +4,8 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 
 use brewster_buffers::{Integrator, SamplerKind, SceneBuffers, Settings};
-use brewster_film::FilmError;
-use brewster_import::{Applied, Diagnostic, Failure, Importer, LoadOptions, Loaded};
+use brewster_film::{FilmError, MAX_PIXELS};
+use brewster_import::{Applied, Diagnostic, Failure, Importer, Limits, LoadOptions, Loaded};
 use brewster_wavefront::Unsupported;
 use brewster_wavefront::explain::ExplainError;
 use brewster_world::{FlattenReport, Invalid, Scene};
@@ -72,6 +72,9 @@ impl SettingsChoices {
         settings.clamp = clamp.unwrap_or(settings.clamp);
     }
 }
+
+/// What no film holds is refused where the scene's file asks for it.
+const _: () = assert!(Limits::DEFAULT.picture_pixels == MAX_PIXELS);
 
 /// A scene, from its file to its columns.
 ///
@@ -289,7 +292,9 @@ impl fmt::Display for SessionError {
                 let lines: Vec<String> = invalid.iter().map(Invalid::to_string).collect();
                 f.write_str(&lines.join("\n"))
             }
-            SessionError::Camera { name: None, .. } => f.write_str("the scene has no camera"),
+            SessionError::Camera { name: None, .. } => {
+                f.write_str("the scene has no camera: it is given one by its file, or by `--eye` or `--orbit`")
+            }
             SessionError::Camera { name: Some(name), known } => {
                 let named: Vec<String> =
                     known.iter().filter(|name| !name.is_empty()).map(|name| format!("{name:?}")).collect();

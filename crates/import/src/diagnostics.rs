@@ -215,7 +215,10 @@ impl Diagnostic {
             end_line,
             end_column,
             span: (start as u32, end as u32),
-            excerpt: Excerpt::around(line_text, column as usize - 1, underlined as usize),
+            excerpt: Excerpt::around(
+                line_text.split_at((start - line_start).min(line_text.len())),
+                underlined as usize,
+            ),
             ..Diagnostic::about_file(severity, code, file, "")
         }
     }
@@ -297,9 +300,14 @@ fn floor_char_boundary(text: &str, offset: usize) -> usize {
 }
 
 impl Excerpt {
-    /// The part of a line around `length` characters from `indent` on. Tabs become spaces so that the caret stands right.
-    fn around(line: &str, indent: usize, length: usize) -> Excerpt {
-        let characters: Vec<char> = line.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
+    /// The part of a line around `length` characters, given what is before them and from them on. Tabs become spaces so that the caret
+    /// stands right.
+    fn around((before, after): (&str, &str), length: usize) -> Excerpt {
+        // A line may be as long as a file: no more of it is looked at than can be shown, and whether there is more.
+        let near = before.char_indices().rev().take(EXCERPT + 1).last().map_or(before.len(), |(start, _)| start);
+        let indent = before[near..].chars().count();
+        let characters = before[near..].chars().chain(after.chars().take(EXCERPT + 1));
+        let characters: Vec<char> = characters.map(|c| if c.is_control() { ' ' } else { c }).collect();
         let length = length.min(characters.len().saturating_sub(indent)).max(1);
         if characters.len() <= EXCERPT {
             return Excerpt { text: characters.into_iter().collect(), indent, length };

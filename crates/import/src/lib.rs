@@ -167,6 +167,13 @@ impl Importer {
     }
 
     fn load_ron(session: &mut Session, source: source::SourceId, path: &Path, options: &LoadOptions) -> Option<Scene> {
+        if let Some(choice) = options.gltf.first() {
+            let name = session.sources.get(source).name.clone();
+            let message = format!("{choice} chooses from a glTF file, and this is a scene in RON");
+            let error = Diagnostic::about_file(Severity::Error, Code::Conflict, name, message);
+            session.found.push(error.help("for a file within the scene, `shape: Gltf(…)` says what is chosen"));
+            return None;
+        }
         let mut scene = ron::load(session, source, path, &options.overrides, options.integrator)?;
         if options.view != ViewChoices::default() {
             view::apply(session, &mut scene, &options.view, source::Span { source, start: 0, end: 0 })?;

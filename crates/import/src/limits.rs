@@ -20,6 +20,8 @@ pub struct Limits {
     pub hierarchy: u64,
     /// Entities of a scene, those of includes and instances counted as often as they are placed.
     pub entities: u64,
+    /// Pixels of the picture that a scene asks for.
+    pub picture_pixels: u64,
     /// Pixels of all pictures of a scene together.
     pub image_pixels: u64,
     /// Vertices of all meshes of a scene together.
@@ -40,6 +42,7 @@ impl Limits {
         include_depth: 16,
         hierarchy: 256,
         entities: 4_000_000,
+        picture_pixels: 1 << 27,
         image_pixels: 100_000_000,
         vertices: 64_000_000,
         triangles: 64_000_000,

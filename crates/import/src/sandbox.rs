@@ -54,11 +54,12 @@ impl Sandbox {
 /// Reads a whole file of at most `bound` bytes. `limit` is the bound's name.
 pub(crate) fn read_bounded(path: &Path, limit: &'static str, bound: u64) -> Result<Vec<u8>, Refusal> {
     let too_large = Refusal::TooLarge(Exceeded { name: limit, bound });
-    let file = std::fs::File::open(path).map_err(Refusal::Io)?;
-    let metadata = file.metadata().map_err(Refusal::Io)?;
+    // Looked at before it is opened: a pipe would be waited for.
+    let metadata = std::fs::metadata(path).map_err(Refusal::Io)?;
     if !metadata.is_file() {
         return Err(Refusal::NotAFile);
     }
+    let file = std::fs::File::open(path).map_err(Refusal::Io)?;
     if metadata.len() > bound {
         return Err(too_large);
     }

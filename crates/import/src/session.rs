@@ -96,7 +96,7 @@ impl<'i> Session<'i> {
         };
         Session {
             limits,
-            sources: Sources::default(),
+            sources: Sources::new(&limits),
             found: Findings::new(&limits),
             dependencies: Vec::new(),
             digest: Digest::default(),
@@ -118,7 +118,7 @@ impl<'i> Session<'i> {
             Err(refusal) => {
                 let (code, message) = describe(&refusal);
                 let name = path.to_string_lossy();
-                let message = format!("cannot read the scene: {message}");
+                let message = format!("cannot read the file: {message}");
                 self.found.push(Diagnostic::about_file(Severity::Error, code, name, message));
                 None
             }
@@ -135,7 +135,7 @@ impl<'i> Session<'i> {
             }
             Err(refusal) => {
                 let (code, message) = describe(&refusal);
-                let message = format!("cannot read the scene: {message}");
+                let message = format!("cannot read the file: {message}");
                 self.found.push(Diagnostic::about_file(Severity::Error, code, path.to_string_lossy(), message));
                 None
             }

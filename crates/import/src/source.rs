@@ -1,8 +1,10 @@
 //! The texts that a scene is made of, and places in them.
 
+use std::cell::Cell;
 use std::path::{Path, PathBuf};
 
 use crate::diagnostics::{Code, Diagnostic, Severity};
+use crate::limits::Limits;
 
 /// The bytes `start..end` of a source's text.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -27,12 +29,19 @@ pub(crate) struct Source {
 }
 
 /// All texts of a scene, in the order in which they were read.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(crate) struct Sources {
     rows: Vec<Source>,
+    /// Problems whose lines are still looked for, which takes as long as the text does: far more than are shown. Without an end, a large
+    /// file of errors would take hours.
+    looked_for: Cell<u64>,
 }
 
 impl Sources {
+    pub(crate) fn new(limits: &Limits) -> Sources {
+        Sources { rows: Vec::new(), looked_for: Cell::new(limits.diagnostics.saturating_mul(10)) }
+    }
+
     /// Adds a text of less than 4 GiB. There may be 65,535; `None` says that there are.
     pub(crate) fn add(&mut self, source: Source) -> Option<SourceId> {
         let id = u16::try_from(self.rows.len()).ok()?;
@@ -60,6 +69,10 @@ impl Sources {
 
     fn diagnostic(&self, severity: Severity, code: Code, span: Span) -> Diagnostic {
         let source = self.get(span.source);
+        let Some(left) = self.looked_for.get().checked_sub(1) else {
+            return Diagnostic::about_file(severity, code, &source.name, "");
+        };
+        self.looked_for.set(left);
         Diagnostic::about_text(severity, code, &source.name, &source.text, (span.start, span.end))
     }
 

@@ -10,7 +10,7 @@ use crate::Failure;
 use crate::diagnostics::Code;
 use crate::limits::Limits;
 use crate::ron::schema::study as schema;
-use crate::ron::{convert_integrator, read_study};
+use crate::ron::{check_resolution, convert_integrator, read_study};
 use crate::session::{Assets, Session};
 use crate::source::{SourceId, Span};
 
@@ -211,11 +211,15 @@ fn resolve(session: &mut Session<'_>, file: schema::Study, path: &Path) -> Study
     if name.trim().is_empty() {
         session.error(Code::Range, span, "the study has no name");
     }
-    let folder = path.parent().unwrap_or(Path::new(""));
-    if scenes.is_empty() {
-        session.error(Code::MissingField, span, "there is no scene to render");
+    if let Some(resolution) = &resolution {
+        check_resolution(session, resolution);
     }
-    let scenes = scenes.iter().map(|scene| {
+    let resolution = resolution.map(|resolution| resolution.value);
+    let folder = path.parent().unwrap_or(Path::new(""));
+    if scenes.value.is_empty() {
+        session.error(Code::MissingField, scenes.span, "there is no scene to render");
+    }
+    let scenes = scenes.value.iter().map(|scene| {
         if !folder.join(&scene.value).is_file() {
             let error = session.sources.error(Code::File, scene.span, format!("there is no file {:?}", scene.value));
             let folder = session.sources.get(scene.span.source).folder.clone();
@@ -361,8 +365,9 @@ mod tests {
             (study("batches: [0]"), "out of range for `batches`"),
             (study("rounds: 0"), "1 to 1000"),
             (study("resolution: (0, 10)"), "1 to 65536"),
+            (study("resolution: (60000, 60000)"), "limit `picture_pixels` is 134217728\n --> tests/a.ron:1:57\n"),
             ("Study(name: \"n\", scenes: [\"../Cargo.tom\"])".into(), "did you mean \"../Cargo.toml\"?"),
-            ("Study(name: \"n\", scenes: [])".into(), "there is no scene to render"),
+            ("Study(name: \"n\", scenes: [])".into(), "there is no scene to render\n --> tests/a.ron:1:26\n"),
             ("Study(scenes: [\"../Cargo.toml\"])".into(), "the field `name` is missing"),
             ("Study(name: \"n\"".into(), "error[syntax]"),
             ("Scene()".into(), "expected `Study(…)`, found `Scene`"),

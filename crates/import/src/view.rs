@@ -107,17 +107,19 @@ fn place(session: &mut Session, scene: &mut Scene, view: &ViewChoices, span: Spa
             (target + back * distance(&corners, target, back, up, vfov, size), target)
         }
     };
-    let frame = (target - eye).try_normalize().and_then(|forward| {
-        let right = forward.cross(up).try_normalize()?;
-        (right.cross(forward).dot(up) > 1e-4 * up.length())
-            .then(|| Mat3::from_cols(right, right.cross(forward), -forward))
-    });
+    // Who looks straight down or up and does not say what is up in the picture tilts a level camera until it does.
+    let level = view.orbit.map_or(Vec3::Z, |[theta, ..]| about(theta, 0.5 * PI));
+    let tilted = if eye.y > target.y { -level } else { level };
+    let frame = frame(eye, target, up).or_else(|| view.up.is_none().then(|| frame(eye, target, tilted))?);
     let Some(frame) = frame else {
-        let message = "the camera looks nowhere, or along its own up";
+        let message = match (target - eye).try_normalize() {
+            None => "the camera looks nowhere: it is where it looks at, or too far away",
+            Some(_) => "the camera looks along its own up, or up is nowhere",
+        };
         let place = format!("it is at {eye}, looks at {target}, and up is {up}");
-        session
-            .found
-            .push(Diagnostic::about_path(Severity::Error, Code::Conflict, "", message).in_file("the view").note(place));
+        let error = Diagnostic::about_path(Severity::Error, Code::Conflict, "", message).in_file("the view");
+        let help = "`--eye`, `--target`, `--up` and `--orbit` place it";
+        session.found.push(error.help(help).note(place));
         return None;
     };
     scene.rows.iter_mut().for_each(|row| row.camera = None);
@@ -125,6 +127,13 @@ fn place(session: &mut Session, scene: &mut Scene, view: &ViewChoices, span: Spa
     let transform = Some(Affine3A::from_mat3_translation(frame, eye));
     scene.rows.push(Row { transform, camera: Some(Arc::new(camera)), ..Row::at(Keys::VIEW, span) });
     Some(())
+}
+
+/// A camera's axes, unless it looks nowhere or along its own up.
+fn frame(eye: Vec3, target: Vec3, up: Vec3) -> Option<Mat3> {
+    let forward = (target - eye).try_normalize()?;
+    let right = forward.cross(up).try_normalize()?;
+    (right.cross(forward).dot(up) > 1e-4 * up.length()).then(|| Mat3::from_cols(right, right.cross(forward), -forward))
 }
 
 /// The unit vector at angles from +Z toward +X and from +Y.
@@ -285,6 +294,17 @@ mod tests {
             });
             let widest = widest.fold(0.0, f32::max);
             assert!((widest - FILL).abs() < 1e-4, "{size} {up}: {widest}");
+        }
+    }
+
+    /// By hand: tilted down until it looks straight down, a camera whose up was +Y has the direction that it looked along at the top.
+    #[test]
+    fn straight_down_the_top_is_what_lay_ahead() {
+        for (eye, up) in [(Vec3::Y, Vec3::NEG_Z), (Vec3::NEG_Y, Vec3::Z)] {
+            assert_eq!(frame(eye, Vec3::ZERO, Vec3::Y), None);
+            let top = frame(eye, Vec3::ZERO, up).expect("it is across").y_axis;
+            let nearly = frame(eye + 1e-3 * Vec3::Z, Vec3::ZERO, Vec3::Y).expect("it is not along up").y_axis;
+            assert!((top - nearly).length() < 2e-3, "{eye}: {top} and {nearly}");
         }
     }
 

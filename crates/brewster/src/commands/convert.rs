@@ -22,14 +22,24 @@ pub(crate) struct Arguments {
     /// The scene to be written.
     #[arg(value_name = "OUT.ron")]
     output: PathBuf,
+    /// Replace files that are there already.
+    #[arg(long)]
+    force: bool,
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let Arguments { scene, output } = arguments;
+    let Arguments { scene, output, .. } = arguments;
     let stem = output.file_stem().map(|stem| stem.to_string_lossy().into_owned());
     let (Some(stem), Some("ron")) = (stem, output.extension().and_then(|ending| ending.to_str())) else {
         return Err(Failure::Usage(format!("{}: expected a name that ends in .ron", output.display())));
     };
+    let is_gltf = scene
+        .scene
+        .extension()
+        .is_some_and(|ending| ["gltf", "glb"].into_iter().any(|known| ending.eq_ignore_ascii_case(known)));
+    if !is_gltf {
+        return Err(Failure::Usage(format!("{}: expected a name that ends in .gltf or .glb", scene.scene.display())));
+    }
     let progress = Terminal::new(false).begin("load");
     let loaded =
         load_scene(&scene.scene, &scene.options()).map_err(|failure| Failure::Diagnostics(failure.to_string()))?;
@@ -39,8 +49,14 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     }
     let exported = loaded.scene.export(&stem);
     let folder = output.parent().unwrap_or(Path::new(""));
+    let mut written = exported.files.iter().map(|(name, _)| folder.join(name)).chain([output.clone()]);
+    if let Some(path) = written.find(|path| !arguments.force && path.exists()) {
+        return Err(Failure::Input(format!("{}: there is such a file already; --force replaces it", path.display())));
+    }
     if !exported.files.is_empty() {
-        std::fs::create_dir_all(folder.join(&stem)).map_err(Failure::input)?;
+        let folder = folder.join(&stem);
+        let failed = |error| Failure::Input(format!("{}: {error}", folder.display()));
+        std::fs::create_dir_all(&folder).map_err(failed)?;
     }
     for (name, bytes) in &exported.files {
         write(&folder.join(name), bytes)?;

@@ -112,6 +112,9 @@ fn record(arguments: &Arguments, path: &Path) -> Result<(), Failure> {
 fn replay(arguments: &Arguments, path: &Path) -> Result<(), Failure> {
     let bad = |why: &dyn std::fmt::Display| Failure::Input(format!("{}: {why}", path.display()));
     let mut bytes = Vec::new();
+    if path.exists() && !path.is_file() {
+        return Err(bad(&"it is a folder, or no ordinary file"));
+    }
     let file = File::open(path).map_err(|error| bad(&error))?;
     file.take(MOST_BYTES + 1).read_to_end(&mut bytes).map_err(|error| bad(&error))?;
     if bytes.len() as u64 > MOST_BYTES {

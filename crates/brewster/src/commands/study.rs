@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use brewster::film::PngSettings;
 use brewster::import::study::{Study, load_study, load_study_text};
+use brewster::wavefront::Control;
 use brewster::{PROGRAM, Render, RenderOptions, Session, SessionError};
 use clap::{ArgGroup, Args};
 use glam::UVec2;
@@ -96,7 +97,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         progress.advance(*done.borrow());
         *done.borrow_mut() += 1;
     };
-    let watch = Watch { stop: &stop, step: &step };
+    let watch = Watch { stop: &stop, control: interrupt.control(), step: &step };
     let intervals = study::intervals(&study, &subjects);
     let mut results = Results {
         version: VERSION,
@@ -125,7 +126,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
                 folder.write_picture(&experiment, &image, &PngSettings::default())?;
             }
             if arguments.trace && !stop() {
-                write_trace(&session, &subjects[0], &folder, &experiment.title())?;
+                write_trace(&session, &subjects[0], &folder, &experiment.title(), interrupt.control())?;
             }
             results.experiments.push(experiment);
             folder.write_results(&results)?;
@@ -194,13 +195,18 @@ fn steps(study: &Study, subjects: &[study::Subject]) -> u64 {
 }
 
 /// Renders once more and writes what every worker did when.
-fn write_trace(session: &Session, baseline: &study::Subject, folder: &Folder, title: &str) -> Result<(), Failure> {
+fn write_trace(
+    session: &Session,
+    baseline: &study::Subject,
+    folder: &Folder,
+    title: &str,
+    control: &Control,
+) -> Result<(), Failure> {
     let options =
         RenderOptions { threads: baseline.threads, policy: baseline.policy, trace: true, ..Default::default() };
     let mut render = session.render(options)?;
-    let control = brewster::wavefront::Control::default();
-    while render.remaining() > 0 {
-        render.pass(&control);
+    while render.remaining() > 0 && !control.stopped() {
+        render.pass(control);
     }
     render.write_trace(&folder.path().join(format!("trace-{}.json", study::slug(title))))?;
     Ok(())

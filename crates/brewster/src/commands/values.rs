@@ -8,7 +8,7 @@ use std::process;
 use std::time::Duration;
 
 use brewster::buffers::{Backdrop, Background, Integrator};
-use brewster::film::{self, ToneMap, Window};
+use brewster::film::{self, PixelOrder, ToneMap, Window};
 use brewster::optics::color::linear_from_srgb8;
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
@@ -133,7 +133,10 @@ pub(crate) fn seconds(text: &str) -> Result<Duration, String> {
 pub(crate) fn resolution(text: &str) -> Result<UVec2, String> {
     let sides = text.split_once(['x', 'X']).map(|(width, height)| (width.parse(), height.parse()));
     match sides {
-        Some((Ok(width), Ok(height))) if width > 0 && height > 0 => Ok(UVec2::new(width, height)),
+        Some((Ok(width), Ok(height))) if width > 0 && height > 0 => {
+            let possible = PixelOrder::new(width, height, None);
+            possible.map(|_| UVec2::new(width, height)).map_err(|error| error.to_string())
+        }
         _ => Err("expected WxH in pixels, such as 960x540".to_owned()),
     }
 }
@@ -150,7 +153,8 @@ pub(crate) fn window(text: &str) -> Result<Window, String> {
 /// Checks, before any work is done, that a file can be written.
 pub(crate) fn check_writable(path: &Path) -> Result<(), Failure> {
     let refuse = |why: &dyn Display| Failure::Input(format!("{}: {why}", path.display()));
-    if path.exists() && !path.is_file() {
+    // Some names tell only when they are asked for that they cannot be: those too long, or behind closed doors.
+    if path.try_exists().map_err(|error| refuse(&error))? && !path.is_file() {
         return Err(refuse(&"not a file, which could be replaced"));
     }
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
@@ -172,7 +176,21 @@ mod tests {
     fn resolutions_are_two_counts() {
         assert_eq!(resolution("960x540"), Ok(UVec2::new(960, 540)));
         assert_eq!(resolution("1X65536"), Ok(UVec2::new(1, 65536)));
-        for wrong in ["", "960", "960x", "x540", "0x1", "1x0", "-1x2", "1x2x3", "1.5x2", "99999999999x1", "960 x 540"] {
+        for wrong in [
+            "",
+            "960",
+            "960x",
+            "x540",
+            "0x1",
+            "1x0",
+            "-1x2",
+            "1x2x3",
+            "1.5x2",
+            "99999999999x1",
+            "960 x 540",
+            "65537x1",
+            "60000x60000",
+        ] {
             assert!(resolution(wrong).is_err(), "{wrong}");
         }
     }

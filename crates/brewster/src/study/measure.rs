@@ -75,12 +75,12 @@ impl Block {
 }
 
 /// Has every subject but the first, the baseline, take a block in every round. Gives the blocks by subject; the baseline has none. Where
-/// `stop` says so before a block, the round that is not whole is dropped.
+/// `stop` says so before a block, or a block is none, the round that is not whole is dropped.
 pub(crate) fn in_turn<T, E>(
     subjects: usize,
     rounds: u32,
     stop: impl Fn() -> bool,
-    mut block: impl FnMut(usize, u32) -> Result<T, E>,
+    mut block: impl FnMut(usize, u32) -> Result<Option<T>, E>,
 ) -> Result<Vec<Vec<T>>, E> {
     let mut blocks: Vec<Vec<T>> = (0..subjects).map(|_| Vec::new()).collect();
     for round in 0..rounds {
@@ -89,7 +89,8 @@ pub(crate) fn in_turn<T, E>(
             if stop() {
                 return Ok(blocks);
             }
-            taken.push(block(subject, round)?);
+            let Some(block) = block(subject, round)? else { return Ok(blocks) };
+            taken.push(block);
         }
         blocks.iter_mut().skip(1).zip(taken).for_each(|(all, block)| all.push(block));
     }
@@ -114,10 +115,11 @@ mod tests {
             2,
             || false,
             |subject, round| {
-                Block::run(|side, again| {
+                let block = Block::run(|side, again| {
                     order.push((round, if side == Side::Own { subject } else { 0 }, again));
                     Ok(took(1.0))
-                })
+                });
+                block.map(Some)
             },
         );
         let round = |number| [0, 1, 1, 0, 0, 2, 2, 0].map(|subject| (number, subject));
@@ -145,12 +147,16 @@ mod tests {
     fn a_stop_keeps_whole_rounds() {
         let asked = Cell::new(0);
         let stop = || asked.replace(asked.get() + 1) == 5;
-        assert_eq!(in_turn::<_, ()>(3, 9, stop, |_, round| Ok(round)), Ok(vec![vec![], vec![0, 1], vec![0, 1]]));
+        let expected = Ok(vec![vec![], vec![0, 1], vec![0, 1]]);
+        assert_eq!(in_turn::<_, ()>(3, 9, stop, |_, round| Ok(Some(round))), expected);
+        // The same when the block itself is cut off.
+        let cut = |subject, round| Ok((subject, round) != (2, 2)).map(|whole| whole.then_some(round));
+        assert_eq!(in_turn::<_, ()>(3, 9, || false, cut), expected);
     }
 
     #[test]
     fn an_error_ends_the_study() {
-        let result = in_turn(3, 9, || false, |subject, _| if subject == 2 { Err("broken") } else { Ok(()) });
+        let result = in_turn(3, 9, || false, |subject, _| if subject == 2 { Err("broken") } else { Ok(Some(())) });
         assert_eq!(result, Err("broken"));
     }
 

@@ -8,7 +8,7 @@ use brewster::import::study::{self, Study};
 
 use super::measure::{Block, Clock, Side, Took, in_turn};
 use super::record::{ParameterResult, Quality};
-use super::run::{Watch, load, render, renderer, scene_name};
+use super::run::{Watch, load, render, renderer, scene_name, unless_interrupted};
 use super::statistics::{Estimate, Verdict, are_enough, block_z, median};
 use super::subject::{Subject, intervals};
 use crate::commands::Failure;
@@ -57,13 +57,13 @@ pub(crate) fn quality(
             buffers.settings.seed = branch << 32 | u64::from(2 * round) | u64::from(again);
             let mut renderer = renderer(buffers, &subjects[0], false)?;
             for _ in 0..study.warm_up {
-                render(&mut renderer, buffers)?;
+                render(&mut renderer, buffers, watch.control)?;
             }
-            let (film, took) = render(&mut renderer, buffers)?;
+            let (film, took) = render(&mut renderer, buffers, watch.control)?;
             pictures[side as usize][usize::from(again)] = pixels(&film);
             Ok::<Took, Failure>(took)
-        })?;
-        Ok::<Round, Failure>(Round { block, pictures })
+        });
+        Ok::<_, Failure>(unless_interrupted(block)?.map(|block| Round { block, pictures }))
     })?;
     if rounds[1].iter().any(|Round { pictures: [first, twin], .. }| first != twin) {
         return Err(Failure::Input(format!("{name}: the same seeds gave other pictures; the study fails")));

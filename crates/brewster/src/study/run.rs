@@ -26,6 +26,8 @@ use crate::commands::Failure;
 pub(crate) struct Watch<'w> {
     /// Whether it should end.
     pub stop: &'w dyn Fn() -> bool,
+    /// What ends a picture that is being rendered.
+    pub control: &'w Control,
     /// Takes a line about what goes on, and one more step done.
     pub step: &'w dyn Fn(String),
 }
@@ -51,13 +53,27 @@ pub(crate) fn scene_name(scene: &Path) -> String {
     scene.file_stem().unwrap_or(scene.as_os_str()).to_string_lossy().into_owned()
 }
 
-/// Renders one picture; also what that took.
-pub(crate) fn render(renderer: &mut Renderer<'_>, buffers: &SceneBuffers) -> Result<(Film, Took), Failure> {
+/// Renders one picture, unless it is interrupted; also what that took.
+pub(crate) fn render(
+    renderer: &mut Renderer<'_>,
+    buffers: &SceneBuffers,
+    control: &Control,
+) -> Result<(Film, Took), Failure> {
     let settings = &buffers.settings;
     let mut film = empty_film(buffers)?;
-    let pass = || Ok::<_, Failure>(renderer.pass(0..settings.samples, &mut film, &Control::default()));
-    let (_, took) = Took::by(pass)?;
-    Ok((film, took))
+    let pass = || Ok::<_, Failure>(renderer.pass(0..settings.samples, &mut film, control));
+    match Took::by(pass)? {
+        (true, took) => Ok((film, took)),
+        (false, _) => Err(Failure::Interrupted),
+    }
+}
+
+/// What was measured; none if that was interrupted.
+pub(crate) fn unless_interrupted<T>(measured: Result<T, Failure>) -> Result<Option<T>, Failure> {
+    match measured {
+        Err(Failure::Interrupted) => Ok(None),
+        measured => measured.map(Some),
+    }
 }
 
 /// A film for a scene, with the squares that a noise threshold needs.
@@ -99,7 +115,7 @@ fn block(
     scene: &str,
     benches: &mut [Bench<'_>],
     (place, round): (usize, u32),
-    warm_up: u32,
+    (warm_up, control): (u32, &Control),
     expected: Option<&Film>,
 ) -> Result<Block, Failure> {
     let make = |place: usize| renderer(benches[place].buffers, benches[place].subject, false);
@@ -111,7 +127,7 @@ fn block(
     };
     let run = |pair: &mut [Renderer<'_>; 2], side: Side| {
         let Bench { subject, buffers, .. } = benches[if side == Side::Own { place } else { 0 }];
-        let (film, took) = render(&mut pair[side as usize], buffers)?;
+        let (film, took) = render(&mut pair[side as usize], buffers, control)?;
         expected.map_or(Ok(()), |expected| check_picture(scene, subject, expected, &film))?;
         Ok::<Took, Failure>(took)
     };
@@ -146,7 +162,9 @@ pub(crate) fn experiment(
             break;
         }
         (watch.step)(format!("{scene}: counting, {}", subject.name));
-        benches.push(bench(&scene, subject, variants.of(subject), &mut expected)?);
+        let bench = bench(&scene, subject, variants.of(subject), &mut expected, watch.control);
+        let Some(bench) = unless_interrupted(bench)? else { break };
+        benches.push(bench);
     }
     let samples_apart = match (&expected, subjects.first()) {
         (Some(expected), Some(baseline)) => {
@@ -158,7 +176,9 @@ pub(crate) fn experiment(
     let rounds = if counted { study.policy_rounds() } else { 0 };
     let blocks = in_turn(benches.len(), rounds, watch.stop, |place, round| {
         (watch.step)(format!("{scene}: round {} of {rounds}, {}", round + 1, benches[place].subject.name));
-        block(&scene, &mut benches, (place, round), study.warm_up, expected.as_ref().map(|(film, _)| film))
+        let expected = expected.as_ref().map(|(film, _)| film);
+        let pace = (study.warm_up, watch.control);
+        unless_interrupted(block(&scene, &mut benches, (place, round), pace, expected))
     })?;
     let settings = &session.buffers().settings;
     // On several threads the processor's time does not tell who is faster.
@@ -200,9 +220,10 @@ fn bench<'b>(
     subject: &'b Subject,
     buffers: &'b SceneBuffers,
     expected: &mut Option<Expected>,
+    control: &Control,
 ) -> Result<Bench<'b>, Failure> {
     let mut counting = renderer(buffers, subject, true)?;
-    let (film, _) = render(&mut counting, buffers)?;
+    let (film, _) = render(&mut counting, buffers, control)?;
     let (stats, survey) = (counting.stats(), counting.survey());
     conserve(&stats).map_err(|law| Failure::Input(format!("{scene}: policy {:?}: {law}", subject.name)))?;
     let totals: Vec<Counts> = stats.depths.iter().map(DepthStats::total).collect();
@@ -211,7 +232,7 @@ fn bench<'b>(
     if *counts != totals {
         return Err(Failure::Input(format!("{scene}: policy {:?} counts other rays than the baseline", subject.name)));
     }
-    let (film, counted) = count(subject, buffers)?;
+    let (film, counted) = count(subject, buffers, control)?;
     if let Some(film) = film {
         check_picture(scene, subject, expected, &film)?;
     }
@@ -245,15 +266,19 @@ fn hash(film: &Film) -> u64 {
 }
 
 /// Renders twice and has the processor count the second time. The picture, unless nothing can be counted.
-fn count(subject: &Subject, buffers: &SceneBuffers) -> Result<(Option<Film>, Vec<Counted>), Failure> {
+fn count(
+    subject: &Subject,
+    buffers: &SceneBuffers,
+    control: &Control,
+) -> Result<(Option<Film>, Vec<Counted>), Failure> {
     let mut counters = Counters::open();
     if counters.is_empty() {
         return Ok((None, Vec::new()));
     }
     // Counters see threads that start after them.
     let mut renderer = renderer(buffers, subject, false)?;
-    render(&mut renderer, buffers)?;
-    let (picture, counted) = counters.over(|| render(&mut renderer, buffers));
+    render(&mut renderer, buffers, control)?;
+    let (picture, counted) = counters.over(|| render(&mut renderer, buffers, control));
     Ok((Some(picture?.0), counted))
 }
 
@@ -335,7 +360,8 @@ mod tests {
             bandwidth: Vec::new(),
             arithmetic: 1.0,
         };
-        let watch = Watch { stop, step: &|_| () };
+        let control = Control::default();
+        let watch = Watch { stop, control: &control, step: &|_| () };
         experiment(study, subjects, &session(), "", &machine, &watch).map(|(experiment, _)| experiment)
     }
 
@@ -454,7 +480,7 @@ mod tests {
     fn a_lost_ray_is_found() {
         let session = session();
         let mut counting = renderer(session.buffers(), &policies()[0], true).expect("it can be rendered");
-        render(&mut counting, session.buffers()).expect("as above");
+        render(&mut counting, session.buffers(), &Control::default()).expect("as above");
         let stats = counting.stats();
         assert_eq!(conserve(&stats), Ok(()));
         let mut lost = stats.clone();

@@ -2,12 +2,12 @@
 
 use brewster::buffers::SceneBuffers;
 use brewster::wavefront::stats::DepthStats;
-use brewster::wavefront::{Control, Counts, Stats};
+use brewster::wavefront::{Counts, Stats};
 
 use super::machine::Machine;
 use super::record::SampleRecord;
 use super::rows::{queue_rows, stage_rows};
-use super::run::{Expected, Watch, check_picture, empty_film, render, renderer};
+use super::run::{Expected, Watch, check_picture, empty_film, render, renderer, unless_interrupted};
 use super::subject::Subject;
 use crate::commands::Failure;
 
@@ -34,7 +34,9 @@ pub(crate) fn samples_apart(
     let mut films = [empty_film(buffers)?, empty_film(buffers)?];
     let [mut counting, mut timed] = [renderer(buffers, subject, true)?, renderer(buffers, subject, false)?];
     // So that the first sample finds queues as large as the others do.
-    render(&mut timed, buffers)?;
+    if unless_interrupted(render(&mut timed, buffers, watch.control))?.is_none() {
+        return Ok(records);
+    }
     let mut sum = Stats::new(settings.max_depth);
     let step = settings.samples.div_ceil(MOST);
     for sample in (0..settings.samples).step_by(step as usize) {
@@ -44,7 +46,9 @@ pub(crate) fn samples_apart(
         let end = settings.samples.min(sample + step);
         for (renderer, film) in [&mut counting, &mut timed].into_iter().zip(&mut films) {
             renderer.restart_stats();
-            renderer.pass(sample..end, film, &Control::default());
+            if !renderer.pass(sample..end, film, watch.control) {
+                return Ok(records);
+            }
         }
         let (stats, survey) = (counting.stats(), counting.survey().expect("one was asked for"));
         sum.add(&stats);

@@ -85,12 +85,13 @@ pub(crate) fn builds(
     let mut bytes = vec![0; ways.len()];
     let blocks = in_turn(ways.len(), study.rounds, watch.stop, |place, _| {
         (watch.step)(format!("{scene}: building trees, {:?}", ways[place]));
-        Block::run(|side, _| {
+        let block = Block::run(|side, _| {
             let place = if side == Side::Own { place } else { 0 };
             let (built, took) = Took::by(|| trees(buffers, ways[place]))?;
             bytes[place] = built.meshes.iter().map(MeshTree::bytes).sum::<usize>() + built.top.bytes();
             Ok::<Took, Failure>(took)
-        })
+        });
+        block.map(Some)
     })?;
     let intervals = intervals(study, subjects);
     let of = |place: usize| speedup(&blocks[place], Clock::Wall, intervals);

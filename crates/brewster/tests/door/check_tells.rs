@@ -54,7 +54,7 @@ fn what_the_integrator_cannot_render_is_an_error() {
 
     desk.write("scene.ron", &SCENE.replace("(48, 32)", "(65536, 65536)"));
     let json = findings(&desk, 1);
-    assert!(json["diagnostics"][0]["message"].as_str().unwrap().contains("65536x65536"), "{json}");
+    assert!(json["diagnostics"][0]["message"].as_str().unwrap().contains("65536 x 65536"), "{json}");
 }
 
 #[test]

@@ -96,6 +96,13 @@ fn a_file_is_converted_to_a_scene_that_renders() {
     desk.run("render out.ron --resolution 16x16 --samples 2 --quiet -o out.png").expect(0, "");
     desk.run(&format!("convert {box_file} out.json")).expect(2, "ends in .ron");
     desk.run("convert absent.glb out.ron").expect(1, "there is no such file");
+    // What an author has changed since is not written over, nor is a scene that is no glTF file.
+    desk.write("out.ron", "Scene()");
+    desk.run(&format!("convert {box_file} out.ron")).expect(1, "there is such a file already; --force replaces it");
+    assert_eq!(desk.read("out.ron"), b"Scene()");
+    desk.run(&format!("convert {box_file} out.ron --force")).expect(0, "");
+    assert!(desk.read("out.ron").starts_with(b"// Converted from Box.glb"));
+    desk.run("convert out.ron out.ron --force").expect(2, "ends in .gltf or .glb");
 }
 
 /// Neighbors of flat paper in the picture of few samples differ by noise, and less so once it is denoised; the EXR stays.

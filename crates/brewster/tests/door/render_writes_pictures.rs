@@ -161,7 +161,10 @@ fn what_cannot_be_written_is_told_before_anything_is_done() {
         ("--time-limit 0", 2, "expected seconds above 0"),
         ("--time-limit 1e-9", 1, "before the first sample"),
         ("--crop 40,0,20,10", 1, "crop window"),
-        ("--resolution 70000x1", 1, "65536"),
+        ("--resolution 70000x1", 2, "65536"),
+        ("--eye 0,0,0 --target 0,0,0", 1, "the camera looks nowhere"),
+        ("--eye 1e30,0,0", 1, "the camera looks nowhere"),
+        ("--up 0,0,0", 1, "along its own up"),
         ("--camera side", 1, "\"top\""),
         ("--allow-path nowhere", 2, "expected a folder"),
         ("--watch --stats a.json", 2, "cannot be used with"),
@@ -169,7 +172,30 @@ fn what_cannot_be_written_is_told_before_anything_is_done() {
         desk.run(&format!("render scene.ron {arguments}")).expect(code, message);
     }
     desk.run("render missing.ron").expect(1, "missing.ron");
+    // No file system here takes names of more than 255 bytes.
+    let long = "a".repeat(300);
+    desk.run(&format!("render scene.ron -o {long}.png --samples 1048576")).expect(1, "too long");
     assert_eq!(desk.files(), ["scene.ron"]);
+}
+
+/// A film has at most 2^27 pixels: 60,000 x 60,000 are more, whoever asks for them.
+#[test]
+fn too_large_a_picture_is_told_where_it_is_asked_for() {
+    let desk = Desk::with_scene();
+    desk.run("render scene.ron --resolution 60000x60000").expect(2, "'--resolution <WxH>': a picture of 60000x60000");
+    let set = "--set settings.resolution=(60000,60000)";
+    desk.run(&format!("render scene.ron {set}")).expect(1, "--> --set:1:21");
+    desk.write("large.ron", &SCENE.replace("(48, 32)", "(60000, 60000)"));
+    desk.run("render large.ron").expect(1, "--> large.ron:2:28");
+    desk.run("render large.ron --resolution 4x4 --quiet").expect(0, "");
+}
+
+#[test]
+fn what_chooses_from_gltf_files_chooses_nothing_elsewhere() {
+    let desk = Desk::with_scene();
+    for option in ["--scene 0", "--variant red", "--animation all", "--time 1", "--shutter 1", "--frames 0..3"] {
+        desk.run(&format!("render scene.ron {option}")).expect(1, "chooses from a glTF file");
+    }
 }
 
 #[cfg(unix)]

@@ -71,6 +71,7 @@ fn bad_tapes_are_told_from_good_ones() {
         desk.run("replay scene.ron --tape bad.tape").expect(1, expected);
     }
     desk.run("replay scene.ron --tape a.tape --set materials.glass.ior=1.6").expect(1, "another state of the scene");
+    desk.run("replay scene.ron --tape .").expect(1, "it is a folder, or no ordinary file");
     desk.run("replay scene.ron --tape a.tape --stage fly")
         .expect(1, "its step runs no fly; it runs order, trace, absorb");
     desk.run("replay scene.ron --tape a.tape --stage tracing").expect(2, "expected one of order, trace, absorb, fly");

@@ -2,6 +2,7 @@
 
 use std::io::{BufRead, BufReader, Read};
 use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
 
 use super::desk::Desk;
 
@@ -108,6 +109,28 @@ fn an_interrupted_study_reports_its_whole_rounds() {
     assert_eq!(results["complete"], false);
     let report = String::from_utf8(desk.read(&format!("{}/report.html", folder(&desk)))).expect("text");
     assert!(report.contains("The study is not finished"));
+}
+
+/// A picture of a million samples takes minutes: it is left in its middle.
+#[test]
+fn a_study_ends_in_the_middle_of_a_picture() {
+    let desk = Desk::with_scene();
+    let mut child = desk
+        .command("study --scene scene.ron --samples 1048576 --name long")
+        .stderr(Stdio::piped())
+        .stdout(Stdio::null())
+        .spawn()
+        .expect("the program starts");
+    let mut lines = BufReader::new(child.stderr.take().expect("a pipe"));
+    let mut line = String::new();
+    assert!(lines.read_line(&mut line).expect("text") > 0, "the program ended early");
+    // Enough for what comes before the first picture; one that is asked sooner ends all the sooner.
+    std::thread::sleep(Duration::from_millis(1500));
+    assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("kill runs").success());
+    let asked = Instant::now();
+    assert_eq!(child.wait().expect("the program ends").code(), Some(130));
+    assert!(asked.elapsed() < Duration::from_secs(20), "{:?}", asked.elapsed());
+    assert_eq!(desk.json(&format!("{}/results.json", folder(&desk)))["complete"], false);
 }
 
 #[test]

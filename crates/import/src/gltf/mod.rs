@@ -51,6 +51,21 @@ pub struct GltfChoices {
     pub shutter: Option<f32>,
 }
 
+impl GltfChoices {
+    /// The option of the command line that chooses anything, if one does.
+    pub(crate) fn first(&self) -> Option<&'static str> {
+        let GltfChoices { scene, variant, animation, time, shutter } = self;
+        let chosen = [
+            (scene.is_some(), "`--scene`"),
+            (variant.is_some(), "`--variant`"),
+            (animation.is_some(), "`--animation`"),
+            (shutter.is_some(), "`--shutter`"),
+            (time.is_some(), "`--time` or `--frames`"),
+        ];
+        chosen.into_iter().find_map(|(is_chosen, option)| is_chosen.then_some(option))
+    }
+}
+
 /// A result, or what is wrong with the file.
 type Found<T> = Result<T, Box<Diagnostic>>;
 
@@ -231,6 +246,7 @@ fn choose<'n>(chosen: &str, names: impl Iterator<Item = Option<&'n str>>, what: 
         let problem = broken("", format!("the file has no {what} {chosen:?}"));
         let numbers = match names.len() {
             0 => format!("the file has no {what} at all"),
+            1 => "its name, or 0".to_owned(),
             count => format!("a name, or a number from 0 to {}", count - 1),
         };
         Box::new(problem.expected(numbers).nearest_name(chosen, names.into_iter().flatten()))

@@ -108,6 +108,9 @@ pub(crate) fn decode(bytes: &[u8]) -> Result<Image, Unreadable> {
     if bytes.starts_with(ktx2::MAGIC) {
         return ktx2::File::open(bytes).and_then(|file| file.decode()).map_err(Unreadable::Broken);
     }
+    if is_cut_jpeg(bytes) {
+        return Err(Unreadable::Broken("the file was cut off".to_owned()));
+    }
     let reader = ImageReader::new(Cursor::new(bytes)).with_guessed_format();
     let mut decoder = reader.map_err(|error| broken(error.into()))?.into_decoder().map_err(broken)?;
     let (width, height) = decoder.dimensions();
@@ -117,6 +120,21 @@ pub(crate) fn decode(bytes: &[u8]) -> Result<Image, Unreadable> {
     decoder.set_limits(limits).map_err(broken)?;
     let image = DynamicImage::from_decoder(decoder).map_err(broken)?;
     Ok(Image { width, height, texels: texels(image) })
+}
+
+/// Whether a JPEG breaks off before the mark of its end: the decoder would show gray where pixels are missing.
+fn is_cut_jpeg(bytes: &[u8]) -> bool {
+    const START_OF_SCAN: u8 = 0xda;
+    let Some(mut rest) = bytes.strip_prefix(b"\xff\xd8") else { return false };
+    // Up to the pixels, marks lead segments that say how long they are, and that may hold small pictures with ends of their own.
+    while let [0xff, mark, high, low, ..] = *rest {
+        if mark == START_OF_SCAN {
+            return !rest.windows(2).any(|pair| pair == b"\xff\xd9");
+        }
+        let length = if mark == 0xff { 1 } else { 2 + usize::from(u16::from_be_bytes([high, low])) };
+        rest = rest.get(length..).unwrap_or_default();
+    }
+    false
 }
 
 /// A picture as a file that is read back to the bit: PNG, or OpenEXR for linear numbers.
@@ -159,4 +177,28 @@ fn texels(image: DynamicImage) -> Texels {
 /// A file can hold what no sensor saw: negative values and NaN count as black, infinity as the largest number.
 fn tame(value: f32) -> f32 {
     if value > 0.0 { value.min(f32::MAX) } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Wherever it breaks off, also where its head holds a small picture that is whole.
+    #[test]
+    fn a_jpeg_that_was_cut_off_is_no_picture() {
+        let pixels: Vec<u8> = (0..3 * 40 * 24u32).map(|i| (i * i % 251) as u8).collect();
+        let mut whole = Vec::new();
+        let mut encoder = image::codecs::jpeg::JpegEncoder::new(&mut whole);
+        encoder.encode(&pixels, 40, 24, image::ExtendedColorType::Rgb8).expect("a buffer takes all");
+        let small = [b"\xff\xe1", &(2 + whole.len() as u16).to_be_bytes()[..], &whole].concat();
+        let nested = [b"\xff\xd8", &small[..], &whole[2..]].concat();
+        for file in [whole, nested] {
+            assert_eq!(decode(&file).map(|image| (image.width, image.height)).ok(), Some((40, 24)));
+            let long_enough = decode(&[&file[..], b"behind it"].concat());
+            assert!(long_enough.is_ok(), "{long_enough:?}");
+            for end in (0..file.len()).step_by(7) {
+                assert!(decode(&file[..end]).is_err(), "{end} of {}", file.len());
+            }
+        }
+    }
 }

@@ -150,7 +150,7 @@ impl<'n> Fields<'n> {
 
 /// Reads a text of the schema itself: a default or an example.
 pub(crate) fn decode_text<T: Decode>(text: &'static str) -> Option<T> {
-    let mut sources = Sources::default();
+    let mut sources = Sources::new(&Limits::DEFAULT);
     let name = "schema".into();
     let source = sources.add(Source { name, folder: Default::default(), text: text.into() })?;
     let node = parse(&sources, source, 0, &Limits::DEFAULT).ok()?;

@@ -26,8 +26,8 @@ use crate::session::Session;
 use crate::source::SourceId;
 
 use content::Resolver;
-pub(crate) use convert::integrator as convert_integrator;
-use decode::{Context, Decode};
+pub(crate) use convert::{check_resolution, integrator as convert_integrator};
+use decode::{Context, Decode, check_name};
 pub(crate) use values::Named;
 
 /// The scene in a source that was read from `path`, or `None` after an error.
@@ -40,6 +40,9 @@ pub(crate) fn load(
 ) -> Option<Scene> {
     let name = session.sources.get(source).name.clone();
     let scene = read(session, source, overrides)?;
+    if session.resolution.is_none() {
+        convert::check_resolution(session, &scene.settings.resolution);
+    }
     session.integrator = integrator.unwrap_or(convert::integrator(&scene.settings.integrator));
     let canonical = path.canonicalize().unwrap_or_else(|_| path.to_path_buf());
     let mut resolver = Resolver::new(session, canonical, name.clone());
@@ -64,7 +67,11 @@ pub(crate) fn read_study(session: &mut Session, source: SourceId) -> Option<sche
             return None;
         }
     };
-    schema::study::Study::decode(&root, &mut Context::new(&session.sources, &mut session.found))
+    let errors = session.found.errors();
+    let mut context = Context::new(&session.sources, &mut session.found);
+    check_name(&root, schema::study::Study::INFO, &mut context);
+    // What is no study has no fields that would mean anything.
+    if context.found.errors() > errors { None } else { schema::study::Study::decode(&root, &mut context) }
 }
 
 /// Reports what the integrator does not render, each kind of thing once.

@@ -43,6 +43,7 @@ fn limit<'l>(limits: &'l mut Limits, name: &str) -> &'l mut u64 {
         "include_depth" => &mut limits.include_depth,
         "hierarchy" => &mut limits.hierarchy,
         "entities" => &mut limits.entities,
+        "picture_pixels" => &mut limits.picture_pixels,
         "image_pixels" => &mut limits.image_pixels,
         "vertices" => &mut limits.vertices,
         "triangles" => &mut limits.triangles,
@@ -94,4 +95,16 @@ fn every_scene_has_an_expectation_and_the_other_way_round() {
         .into_iter()
         .filter(|path| fs::read_to_string(path).expect("it can be read").starts_with("broken\n\nerror["));
     assert!(broken.count() >= 60, "the corpus is to hold 60 broken scenes or more");
+}
+
+/// One line with an error in each of 20,000 entities: looking for the places of all of them would take minutes.
+#[test]
+fn errors_without_number_are_counted() {
+    let entities = "(shape: Spere(), material: Lambert()),".repeat(20_000);
+    let failure =
+        brewster_import::Importer::default().load_text("a.ron".as_ref(), &format!("Scene(entities: [{entities}])"));
+    let diagnostics = failure.expect_err("there are no such shapes").diagnostics;
+    assert_eq!(diagnostics[0].column, 26);
+    assert_eq!(diagnostics.len(), 101);
+    assert_eq!(diagnostics[100].message, "19900 more are not shown: limit `diagnostics` is 100");
 }

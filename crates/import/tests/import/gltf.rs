@@ -304,3 +304,21 @@ fn a_file_reads_nothing_outside_its_folder() {
         assert_eq!(failure.diagnostics[0].path.as_deref(), Some("buffers[0].uri"), "{failure}");
     }
 }
+
+/// 1e30 times 1e30 is beyond the largest number, 3.4e38.
+#[test]
+fn too_strong_an_emission_is_told_where_it_stands() {
+    let json = r#"{"asset": {"version": "2.0"}, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "material": 0}]}],
+        "accessors": [{"componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0], "max": [0, 0, 0]}],
+        "extensionsUsed": ["KHR_materials_emissive_strength"], "materials": [{"emissiveFactor": [1, 0, 1e30],
+            "extensions": {"KHR_materials_emissive_strength": {"emissiveStrength": STRENGTH}}}]}"#;
+    let load =
+        |strength| Importer::default().load_gltf("a.gltf".as_ref(), json.replace("STRENGTH", strength).as_bytes());
+    assert!(load("1e8").is_ok());
+    let failure = load("1e30").expect_err("the emission is infinite").to_string();
+    assert!(
+        failure.contains("a.gltf: materials[0].extensions.KHR_materials_emissive_strength.emissiveStrength"),
+        "{failure}"
+    );
+}

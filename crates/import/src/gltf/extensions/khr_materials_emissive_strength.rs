@@ -4,8 +4,8 @@ use brewster_world::components::{Color, Principled};
 use glam::Vec3;
 use serde::Deserialize;
 
-use super::super::Found;
 use super::super::materials::Reader;
+use super::super::{Found, broken};
 
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase", default)]
@@ -21,10 +21,16 @@ impl Default for Extension {
 
 /// Writes what the extension says into a material.
 pub(in crate::gltf) fn apply(reader: &mut Reader, material: &mut Principled) -> Found<()> {
-    let Some((found, _)) = reader.extension::<Extension>("KHR_materials_emissive_strength")? else { return Ok(()) };
+    let Some((found, path)) = reader.extension::<Extension>("KHR_materials_emissive_strength")? else { return Ok(()) };
     let strength = found.emissive_strength.clamp(0.0, f32::MAX);
     match &mut material.emission {
-        Color::Constant(factor) | Color::Tinted { factor, .. } => *factor *= strength,
+        Color::Constant(factor) | Color::Tinted { factor, .. } => {
+            *factor *= strength;
+            if !factor.is_finite() {
+                let message = format!("{strength:e} times the emissive factor is no finite number");
+                return Err(broken(format!("{path}.emissiveStrength"), message).into());
+            }
+        }
         Color::Texture(texture) => {
             material.emission = Color::Tinted { factor: Vec3::splat(strength), texture: texture.clone() };
         }

@@ -16,6 +16,7 @@ use brewster_world::components::parts::TriangleMesh;
 use glam::{Affine3A, Mat3, UVec2, Vec3, Vec4};
 
 use crate::diagnostics::Code;
+use crate::limits::Exceeded;
 use crate::session::Session;
 use crate::source::Span;
 use crate::{environment, mesh};
@@ -34,9 +35,20 @@ const FILM_HEIGHT: f32 = 0.024;
 /// Angles of view below this one, in degrees, were probably meant to be radians.
 const NARROW: f32 = 2.0;
 
+/// Reports a picture that is larger than any may be.
+pub(crate) fn check_resolution(session: &mut Session, resolution: &Spanned<[u32; 2]>) {
+    let [width, height] = resolution.value;
+    let bound = session.limits.picture_pixels;
+    if u64::from(width) * u64::from(height) > bound {
+        let exceeded = Exceeded { name: "picture_pixels", bound };
+        let message = format!("a picture of {width} x {height} pixels is too large: {exceeded}");
+        session.error(Code::Limit, resolution.span, message);
+    }
+}
+
 /// The whole of a scene's settings, but for the integrator, which may have been chosen elsewhere.
 pub(crate) fn settings(settings: &schema::Settings, integrator: parts::Integrator) -> parts::Settings {
-    let [width, height] = settings.resolution;
+    let [width, height] = settings.resolution.value;
     parts::Settings {
         resolution: UVec2::new(width, height),
         integrator,

@@ -324,7 +324,7 @@ mod tests {
     use crate::source::Source;
 
     fn parsed(text: &str) -> Parsed<(Node, Sources)> {
-        let mut sources = Sources::default();
+        let mut sources = Sources::new(&Limits::DEFAULT);
         let source = Source { name: "a.ron".into(), folder: Default::default(), text: text.into() };
         let source = sources.add(source).expect("there is room");
         parse(&sources, source, 0, &Limits::DEFAULT).map(|node| (node, sources))
@@ -479,7 +479,7 @@ mod tests {
 
     #[test]
     fn depth_and_number_of_values_are_bounded() {
-        let mut sources = Sources::default();
+        let mut sources = Sources::new(&Limits::DEFAULT);
         let mut refused = |text: String, limits: Limits| {
             let source = Source { name: "a.ron".into(), folder: Default::default(), text };
             let source = sources.add(source).expect("there is room");

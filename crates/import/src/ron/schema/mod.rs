@@ -58,7 +58,7 @@ schema! {
     /// What belongs to the scene as a whole; options of the command line overrule it.
     record Settings {
         /// Width and height of the picture.
-        resolution: [u32; 2] as "pixels" where PIXELS = "(960, 540)" => "(480, 270)",
+        resolution: Spanned<[u32; 2]> as "pixels" where PIXELS = "(960, 540)" => "(480, 270)",
         /// How light is carried. Materials that are not the lectures' need `Path`.
         integrator: Integrator = "Whitted" => "Path",
         /// The number of interactions on a path that may scatter on. 0 shows direct light alone, and with `Path`

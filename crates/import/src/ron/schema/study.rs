@@ -22,7 +22,7 @@ schema! {
         /// What the report says at its head, in the author's words. An empty line begins a new paragraph.
         text: String = "\"\"" => "\"Does a batch that fits the cache pay?\"",
         /// Scene files, seen from the folder of the study.
-        scenes: Vec<Spanned<String>> => "[\"water-glass.ron\"]",
+        scenes: Spanned<Vec<Spanned<String>>> => "[\"water-glass.ron\"]",
         /// Ways of scheduling the same work, by name. None of them changes a bit of a picture; one that does fails the study.
         policies: Named<Policy> = "{}" => "{\"as it is\": (), \"sorted\": (sort: Octant)}",
         /// Policies that differ from the baseline in their batch alone, named after it.
@@ -33,7 +33,7 @@ schema! {
         /// all with the baseline's policy, and with the first of them.
         parameters: Named<Parameters> = "{}" => "{\"choice\": (split_depth: 0), \"split\": (split_depth: 4)}",
         /// Width and height of all pictures; as the scenes say where absent.
-        resolution: Option<[u32; 2]> as "pixels" where PIXELS => "(320, 180)",
+        resolution: Option<Spanned<[u32; 2]>> as "pixels" where PIXELS => "(320, 180)",
         /// Samples per pixel of all pictures; as the scenes say where absent.
         samples: Option<u32> where SAMPLES => "8",
         /// Rounds of measurement. In a round every policy takes a block of two runs between two of the baseline: A B B A. A policy that is
