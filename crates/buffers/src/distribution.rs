@@ -178,6 +178,13 @@ impl Distribution2d {
         if row == 0.0 { 0.0 } else { probability(self.row(y), x) * row }
     }
 
+    /// Asks the cache for what tells the probability of a cell.
+    #[inline(always)]
+    pub(crate) fn expect(&self, x: u32, y: u32) {
+        prefetch(self.rows.bounds.as_ptr().wrapping_add(y as usize));
+        prefetch(self.columns.as_ptr().wrapping_add((self.width + 1) * y as usize + x as usize));
+    }
+
     /// Draws a place of the unit square with two numbers 0 ≤ u < 1; and its density, above 0.
     #[inline]
     pub fn sample(&self, u: [f32; 2]) -> ([f32; 2], f32) {

@@ -2,9 +2,11 @@
 
 use std::sync::Arc;
 
+use brewster_lanes::Level;
 use glam::Vec3;
 
 use crate::EnvironmentMap;
+use crate::environment_map::SKY_RUN;
 
 /// What rays see that meet nothing; radiance in nit.
 #[derive(Clone, Debug, PartialEq)]
@@ -56,6 +58,15 @@ impl Background {
         }
     }
 
+    /// [`Background::radiance`] of some unit directions at once.
+    #[inline]
+    pub fn radiance_all(&self, level: Level, directions: &[Vec3; SKY_RUN], radiance: &mut [Vec3; SKY_RUN]) {
+        match self {
+            Background::Environment(map) => map.radiance_all(level, directions, radiance),
+            _ => (0..SKY_RUN).for_each(|lane| radiance[lane] = self.radiance(directions[lane])),
+        }
+    }
+
     /// Whether no light comes from anywhere.
     pub fn is_black(&self) -> bool {
         match self {
@@ -72,6 +83,15 @@ impl Background {
         match self {
             Background::Environment(map) if map.is_drawn() => Some(map),
             _ => None,
+        }
+    }
+
+    /// [`Background::pdf`] of some unit directions at once.
+    #[inline]
+    pub fn pdf_all(&self, level: Level, directions: &[Vec3; SKY_RUN], pdfs: &mut [f32; SKY_RUN]) {
+        match self {
+            Background::Environment(map) => map.pdf_all(level, directions, pdfs),
+            _ => pdfs.fill(0.0),
         }
     }
 

@@ -15,16 +15,20 @@
 //! band the corners at the pole count at least half of those below: without that, places near a dark pole would be rarer than their
 //! light, without bound; with it there is at most 1.21 times as much light above the mean as the density makes of it.
 
+mod many;
+
 use std::f32::consts::{FRAC_1_PI, PI, TAU};
 use std::fmt;
 use std::sync::Arc;
 
-use brewster_lanes::{math, prefetch};
+use brewster_lanes::math;
 use brewster_optics::color::luminance;
 use glam::Vec3;
 
 use crate::distribution::Cell;
 use crate::{Distribution2d, Image, LightSample};
+
+pub use self::many::SKY_RUN;
 
 /// Where the rows of a map lie.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -85,7 +89,7 @@ pub struct EnvironmentMap {
 }
 
 /// A place in the picture.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Default)]
 struct Place {
     column: u32,
     band: u32,
@@ -93,6 +97,20 @@ struct Place {
     across: f32,
     /// How far down the band, by angle.
     down: f32,
+}
+
+/// A cell that was drawn, and what a direction in it follows from.
+struct Drawn {
+    column: f32,
+    rest: [f32; 2],
+    /// What places are drawn by at its corners.
+    weights: [f32; 4],
+    /// 1 - |cosθ| at its edges, first at the one nearer to a pole.
+    near: f32,
+    far: f32,
+    /// 1 above the equator, -1 below.
+    side: f32,
+    probability: f32,
 }
 
 impl EnvironmentMap {
@@ -154,60 +172,60 @@ impl EnvironmentMap {
     /// The radiance from a unit direction.
     #[inline]
     pub fn radiance(&self, direction: Vec3) -> Vec3 {
-        let Place { column, band, across, down } = self.place(direction);
+        self.radiance_at(self.place(direction))
+    }
+
+    #[inline(always)]
+    fn radiance_at(&self, Place { column, band, across, down }: Place) -> Vec3 {
         bilinear(self.corners(column, band), across, down)
     }
 
     /// Draws a direction with two numbers 0 ≤ u < 1; none if the map is not drawn from.
     #[inline]
     pub fn sample(&self, u: [f32; 2]) -> Option<LightSample> {
-        Some(self.sample_in(self.cells.as_ref()?.choose(u)))
+        let (direction, pdf) = self.direction_in(&self.drawn(self.cells.as_ref()?.choose(u)));
+        Some(LightSample::distant(direction, self.radiance(direction), pdf))
     }
 
-    /// [`EnvironmentMap::sample`] for many; in passes, so that they wait for memory together.
-    pub fn sample_all(&self, u: [&[f32]; 2], samples: &mut [Option<LightSample>]) {
-        const RUN: usize = 32;
-        let Some(cells) = &self.cells else { return samples.fill(None) };
-        for (run, samples) in samples.chunks_mut(RUN).enumerate() {
-            let mut chosen = [Cell::default(); RUN];
-            let chosen = &mut chosen[..samples.len()];
-            cells.choose_all(u.map(|u| &u[run * RUN..][..samples.len()]), chosen);
-            for cell in chosen.iter() {
-                let (upper, lower) = self.rows_around(cell.y);
-                prefetch(&self.image.floats()[self.pixel(cell.x, upper)]);
-                prefetch(&self.image.floats()[self.pixel(cell.x, lower)]);
-            }
-            for (sample, cell) in samples.iter_mut().zip(chosen.iter()) {
-                *sample = Some(self.sample_in(*cell));
-            }
+    /// What a direction in a cell follows from.
+    #[inline(always)]
+    fn drawn(&self, cell: Cell) -> Drawn {
+        let (near, far) = self.folded_edges(cell.y);
+        Drawn {
+            column: cell.x as f32,
+            rest: cell.rest,
+            weights: self.corner_weights(cell.x, cell.y),
+            near,
+            far,
+            side: if self.is_upper(cell.y) { 1.0 } else { -1.0 },
+            probability: cell.probability,
         }
     }
 
-    /// A direction in a cell that was drawn.
+    /// A direction in a cell that was drawn, and its density.
     #[inline(always)]
-    fn sample_in(&self, cell: Cell) -> LightSample {
-        let weights = self.corner_weights(cell.x, cell.y);
+    fn direction_in(&self, cell: &Drawn) -> (Vec3, f32) {
+        let Drawn { rest, weights, near, far, .. } = *cell;
         let [a, b, c, d] = weights;
-        let down = linear(cell.rest[1], a + b, c + d);
-        let across = linear(cell.rest[0], a + (c - a) * down, b + (d - b) * down);
-
-        let (near, far) = self.folded_edges(cell.y);
-        let is_upper = self.is_upper(cell.y);
-        let drop = near + (far - near) * if is_upper { down } else { 1.0 - down };
-        let y = if is_upper { 1.0 - drop } else { drop - 1.0 };
+        let down = linear(rest[1], a + b, c + d);
+        let across = linear(rest[0], a + (c - a) * down, b + (d - b) * down);
+        let drop = near + (far - near) * if cell.side > 0.0 { down } else { 1.0 - down };
         let radius = (drop * (2.0 - drop)).max(0.0).sqrt();
-        let u = (cell.x as f32 + 0.5 + across) / self.image.width as f32;
+        let u = (cell.column + 0.5 + across) / self.image.width as f32;
         let (sine, cosine) = math::sin_cos(TAU * (u - 0.5) - self.rotation);
-        let direction = Vec3::new(radius * cosine, y, radius * sine);
-        let pdf = self.density(cell.probability, weights, cell.y, across, down);
-        LightSample::distant(direction, self.radiance(direction), pdf)
+        let direction = Vec3::new(radius * cosine, cell.side * (1.0 - drop), radius * sine);
+        (direction, self.density(cell.probability, weights, far - near, [across, down]))
     }
 
     /// The density of [`EnvironmentMap::sample`] per solid angle.
     #[inline]
     pub fn pdf(&self, direction: Vec3) -> f32 {
-        let Some(cells) = &self.cells else { return 0.0 };
-        let Place { column, band, across, .. } = self.place(direction);
+        self.cells.as_ref().map_or(0.0, |cells| self.pdf_at(cells, self.place(direction), direction))
+    }
+
+    /// The density of a direction that lies in a place.
+    #[inline(always)]
+    fn pdf_at(&self, cells: &Distribution2d, Place { column, band, across, .. }: Place, direction: Vec3) -> f32 {
         let probability = cells.probability(column, band);
         if probability == 0.0 {
             return 0.0;
@@ -219,14 +237,14 @@ impl EnvironmentMap {
         let drop = if toward_pole > 0.0 { square / (1.0 + toward_pole) } else { 1.0 - toward_pole };
         let from_pole = ((drop - near) / (far - near)).clamp(0.0, 1.0);
         let down = if is_upper { from_pole } else { 1.0 - from_pole };
-        self.density(probability, self.corner_weights(column, band), band, across, down)
+        self.density(probability, self.corner_weights(column, band), far - near, [across, down])
     }
 
-    /// The density per solid angle at a place of a cell that is drawn with some probability; `down` by height.
+    /// The density per solid angle at a place of a cell, of some height, that is drawn with some probability; down by height, too.
     #[inline(always)]
-    fn density(&self, probability: f32, weights: [f32; 4], band: u32, across: f32, down: f32) -> f32 {
+    fn density(&self, probability: f32, weights: [f32; 4], height: f32, [across, down]: [f32; 2]) -> f32 {
         let [a, b, c, d] = weights;
-        let solid_angle = self.band_height(band) * (TAU / self.image.width as f32);
+        let solid_angle = height * (TAU / self.image.width as f32);
         probability * bilinear(weights, across, down) / (0.25 * (a + b + c + d)) / solid_angle
     }
 
@@ -357,7 +375,7 @@ fn linear(u: f32, a: f32, b: f32) -> f32 {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use std::f64::consts;
 
     use brewster_optics::warp;
@@ -367,7 +385,12 @@ mod tests {
     use crate::Texels;
     use crate::statistics::{Random, check_sphere};
 
-    fn map(size: [u32; 2], rows: MapRows, rotation: f32, pixel: impl Fn(u32, u32) -> Vec3) -> EnvironmentMap {
+    pub(super) fn map(
+        size: [u32; 2],
+        rows: MapRows,
+        rotation: f32,
+        pixel: impl Fn(u32, u32) -> Vec3,
+    ) -> EnvironmentMap {
         let [width, height] = size;
         let pixels = (0..width * height).map(|i| pixel(i % width, i / width).to_array()).collect();
         EnvironmentMap::new(Arc::new(Image { width, height, texels: Texels::Floats(pixels) }), rows, rotation)
@@ -375,32 +398,13 @@ mod tests {
     }
 
     /// Colors that have nothing to do with each other.
-    fn noise(x: u32, y: u32) -> Vec3 {
+    pub(super) fn noise(x: u32, y: u32) -> Vec3 {
         let mut random = Random::new(u64::from(x * 1000 + y) + 1);
         Vec3::from_array([0; 3].map(|_| random.unit().powi(3)))
     }
 
-    const EVERY: [(MapRows, f32); 4] =
+    pub(super) const EVERY: [(MapRows, f32); 4] =
         [(MapRows::Centers, 0.0), (MapRows::Poles, 0.0), (MapRows::Centers, 1.1), (MapRows::Poles, -4.0)];
-
-    #[test]
-    fn many_are_drawn_as_each_by_itself() {
-        for (rows, rotation) in EVERY {
-            let map = map([37, 19], rows, rotation, noise);
-            let mut random = Random::new(5);
-            let [u, v] = [(); 2].map(|()| (0..77).map(|_| random.unit()).collect::<Vec<f32>>());
-            let mut samples = vec![None; 77];
-            map.sample_all([&u, &v], &mut samples);
-            for (sample, u) in samples.iter().zip(u.iter().zip(&v).map(|(&u, &v)| [u, v])) {
-                assert_eq!(*sample, map.sample(u), "{rows:?}, {rotation}, {u:?}");
-                assert!(sample.is_some());
-            }
-        }
-        let black = map([3, 3], MapRows::Poles, 0.0, |_, _| Vec3::ZERO);
-        let mut samples = [EnvironmentMap::sample(&map([3, 3], MapRows::Poles, 0.0, noise), [0.5; 2])];
-        black.sample_all([&[0.5], &[0.5]], &mut samples);
-        assert_eq!(samples, [None]);
-    }
 
     /// The convention in f64 from the words at the head, by the standard library's functions.
     fn reference(map: &EnvironmentMap, direction: Vec3) -> DVec3 {

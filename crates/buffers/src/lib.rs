@@ -26,7 +26,7 @@ pub use detail::{Detail, Opacity};
 pub use distribution::{Cell, Choice, Distribution, Distribution2d};
 pub use emitters::{Emitter, EmitterColumns, Emitters, EmittersView, EmittersViewMut, Placing};
 pub use environment::{Backdrop, Background};
-pub use environment_map::{EnvironmentMap, MapError, MapRows};
+pub use environment_map::{EnvironmentMap, MapError, MapRows, SKY_RUN};
 pub use ids::{DetailId, InstanceId, MaterialId, TextureId};
 pub use instances::{Instance, InstanceColumns, InstancesView, InstancesViewMut};
 pub use lights::{Illumination, Light, LightColumns, LightKind, LightSample, LightsView, LightsViewMut};

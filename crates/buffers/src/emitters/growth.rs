@@ -168,6 +168,7 @@ impl Growth<'_> {
         (pair[0].child, pair[1].child) = if is_small { (low(), high()) } else { rayon::join(low, high) };
         first
     }
+
     /// Divides all bundles; the first node is the root. Tells what is known of all.
     fn divide_all(&self, nodes: &mut [Node]) -> LightBounds {
         let mut order: Vec<u32> = (0..self.bundles.len() as u32).collect();

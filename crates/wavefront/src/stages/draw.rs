@@ -222,7 +222,7 @@ pub fn draw(
         pairs(level, sampler, streams, place.repeat(1), out.sky_x, out.sky_y);
         if points.is_some() {
             skies.resize(hits.len(), None);
-            map.sample_all([out.sky_x, out.sky_y], skies);
+            map.sample_all(level, [out.sky_x, out.sky_y], skies);
         }
     }
     pairs(level, sampler, streams, Decision::Direction.at(depth), out.direction_x, out.direction_y);
