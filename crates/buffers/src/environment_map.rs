@@ -375,7 +375,7 @@ fn linear(u: f32, a: f32, b: f32) -> f32 {
 }
 
 #[cfg(test)]
-pub(super) mod tests {
+mod tests {
     use std::f64::consts;
 
     use brewster_optics::warp;
