@@ -1,7 +1,7 @@
 //! A study leaves a folder with everything in it, also when it is interrupted, and says what is wrong with its file.
 
 use std::io::{BufRead, BufReader, Read};
-use std::process::{Command, Stdio};
+use std::process::{Child, ChildStderr, Command, Stdio};
 use std::time::{Duration, Instant};
 
 use super::desk::Desk;
@@ -83,23 +83,30 @@ fn a_study_leaves_everything_in_its_folder() {
     }
 }
 
+/// Starts a command, and listens to what it says meanwhile.
+fn begin(desk: &Desk, command: &str) -> (Child, BufReader<ChildStderr>) {
+    let mut child =
+        desk.command(command).stderr(Stdio::piped()).stdout(Stdio::null()).spawn().expect("the program starts");
+    let lines = BufReader::new(child.stderr.take().expect("a pipe"));
+    (child, lines)
+}
+
+/// What Ctrl-C sends.
+fn interrupt(child: &Child) {
+    assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("kill runs").success());
+}
+
 #[test]
 fn an_interrupted_study_reports_its_whole_rounds() {
     let desk = Desk::with_scene();
-    let mut child = desk
-        .command("study --scene scene.ron --batches 256 --rounds 200 --name short")
-        .stderr(Stdio::piped())
-        .stdout(Stdio::null())
-        .spawn()
-        .expect("the program starts");
-    let mut lines = BufReader::new(child.stderr.take().expect("a pipe"));
+    let (mut child, mut lines) = begin(&desk, "study --scene scene.ron --batches 256 --rounds 200 --name short");
     let mut line = String::new();
     // Lines tell of every tenth.
     while !line.contains("10%") {
         line.clear();
         assert!(lines.read_line(&mut line).expect("text") > 0, "the program ended early");
     }
-    assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("kill runs").success());
+    interrupt(&child);
     let mut rest = String::new();
     lines.read_to_string(&mut rest).expect("text");
     assert_eq!(child.wait().expect("the program ends").code(), Some(130), "{rest}");
@@ -115,18 +122,12 @@ fn an_interrupted_study_reports_its_whole_rounds() {
 #[test]
 fn a_study_ends_in_the_middle_of_a_picture() {
     let desk = Desk::with_scene();
-    let mut child = desk
-        .command("study --scene scene.ron --samples 1048576 --name long")
-        .stderr(Stdio::piped())
-        .stdout(Stdio::null())
-        .spawn()
-        .expect("the program starts");
-    let mut lines = BufReader::new(child.stderr.take().expect("a pipe"));
+    let (mut child, mut lines) = begin(&desk, "study --scene scene.ron --samples 1048576 --name long");
     let mut line = String::new();
     assert!(lines.read_line(&mut line).expect("text") > 0, "the program ended early");
     // Enough for what comes before the first picture; one that is asked sooner ends all the sooner.
     std::thread::sleep(Duration::from_millis(1500));
-    assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("kill runs").success());
+    interrupt(&child);
     let asked = Instant::now();
     assert_eq!(child.wait().expect("the program ends").code(), Some(130));
     assert!(asked.elapsed() < Duration::from_secs(20), "{:?}", asked.elapsed());
