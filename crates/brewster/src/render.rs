@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 use brewster_film::{
     Film, FilmError, Format, Keep, Metadata, PixelOrder, PngSettings, Window, write_atomically, write_picture,
 };
+use brewster_wavefront::guide::Guide;
 use brewster_wavefront::{Control, Policy, Renderer, Stats};
 
 use crate::origin::NamedOrigin;
@@ -126,6 +127,11 @@ impl<'s> Render<'s> {
     /// The picture so far.
     pub fn film(&self) -> &Film {
         &self.film
+    }
+
+    /// What guides rays, if anything does.
+    pub fn guide(&self) -> Option<&Guide> {
+        self.renderer.guide()
     }
 
     /// What was counted and timed so far.

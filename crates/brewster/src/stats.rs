@@ -26,6 +26,7 @@ pub struct StatsFile {
     program: &'static str,
     scene: SceneStats,
     settings: SettingsStats,
+    guide: Option<GuideStats>,
     samples: SampleStats,
     depths: Vec<DepthStats>,
     totals: TotalStats,
@@ -56,6 +57,7 @@ struct SettingsStats {
     sampler: String,
     split_depth: u32,
     roulette: bool,
+    guiding: bool,
     /// None where nothing is held back.
     clamp: Option<f32>,
     filter: String,
@@ -63,6 +65,14 @@ struct SettingsStats {
     contribution_threshold: f32,
     exposure: f32,
     tone_mapping: String,
+}
+
+/// Photons of the path guide.
+#[derive(Clone, Debug, Serialize)]
+struct GuideStats {
+    photons: u64,
+    kept: usize,
+    rays: u64,
 }
 
 #[derive(Clone, Debug, Serialize)]
@@ -166,6 +176,7 @@ struct TimeStats {
     flatten: f64,
     trees: f64,
     prepare: f64,
+    guide: f64,
     trace: f64,
     encode: f64,
     rays_per_second: f64,
@@ -212,6 +223,7 @@ impl StatsFile {
                 warnings: session.warnings().len(),
             },
             settings: SettingsStats::new(render),
+            guide: render.guide().map(|guide| GuideStats { photons: guide.sent, kept: guide.kept(), rays: guide.rays }),
             samples: SampleStats {
                 asked: samples.asked,
                 least: samples.least,
@@ -262,6 +274,7 @@ impl SettingsStats {
             sampler: format!("{:?}", settings.sampler),
             split_depth: settings.split_depth,
             roulette: settings.roulette,
+            guiding: settings.guiding,
             clamp: settings.clamp.is_finite().then_some(settings.clamp),
             filter: format!("{:?}", settings.filter),
             transparent_shadows: settings.transparent_shadows,
@@ -302,6 +315,7 @@ impl TimeStats {
             flatten: seconds("flatten"),
             trees: tree_time(report).as_secs_f64(),
             prepare: seconds("prepare"),
+            guide: render.guide().map_or(0.0, |guide| guide.time.as_secs_f64()),
             trace,
             encode: seconds("encode"),
             rays_per_second: if trace > 0.0 { stats.rays() as f64 / trace } else { 0.0 },

@@ -25,6 +25,8 @@ pub struct Settings {
     pub split_depth: u32,
     /// `Path`: whether rays of little weight are ended by chance and the others carry what they would have brought.
     pub roulette: bool,
+    /// `Path`: whether diffuse surfaces look for light where mirrors and glass throw it on them, which is found out before the first sample.
+    pub guiding: bool,
     /// `Path`: the largest radiance that one contribution may bring, above 0; infinite lets all pass and leaves the picture
     /// unbiased.
     pub clamp: f32,
@@ -57,6 +59,7 @@ impl Default for Settings {
             sampler: SamplerKind::Sobol,
             split_depth: 1,
             roulette: true,
+            guiding: true,
             clamp: f32::INFINITY,
             ray_offset: 0.0,
             filter: PixelFilter::BlackmanHarris,

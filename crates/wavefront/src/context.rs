@@ -7,6 +7,7 @@ use brewster_optics::dispersion::PathWavelength;
 use glam::{Vec2, Vec3};
 
 use crate::albedo::Albedos;
+use crate::guide::Guide;
 use crate::media::{MediaId, MediaStacks, Medium, media_around};
 use crate::pattern::pattern;
 use crate::policy::Policy;
@@ -47,6 +48,8 @@ pub struct Context<'a> {
     pub has_fog: bool,
     /// What rough surfaces are expected to send on, if a ledger is kept.
     pub albedos: Option<Albedos>,
+    /// Where diffuse surfaces look for light from mirrors and glass, if there is any.
+    pub guide: Option<Guide>,
     /// How batches are scheduled.
     pub policy: Policy,
 }
@@ -66,7 +69,7 @@ impl<'a> Context<'a> {
         let dielectrics = scene.materials.dielectric.view();
         let mut stacks = MediaStacks::default();
         let around = stacks.enter_all(&camera_media, &dielectrics);
-        Context {
+        let mut context = Context {
             scene,
             geometry: scene.geometry(),
             camera,
@@ -88,8 +91,11 @@ impl<'a> Context<'a> {
             has_fog: settings.integrator == Integrator::Path
                 && (dielectrics.bare.contains(&true) || dielectrics.scattering.iter().any(|&part| part != Vec3::ZERO)),
             albedos: (policy.ledger && settings.integrator == Integrator::Path).then(|| Albedos::new(scene)),
+            guide: None,
             policy,
-        }
+        };
+        context.guide = Guide::new(&context);
+        context
     }
 
     /// When a sample of a pixel looks, 0 ≤ time < 1 of the shutter's time: all rays of its path look then, so that none has to carry it.

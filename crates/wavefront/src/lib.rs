@@ -42,6 +42,7 @@ pub mod attribution;
 pub mod batch;
 pub mod context;
 pub mod explain;
+pub mod guide;
 pub mod integrator;
 pub mod ledger;
 pub mod media;

@@ -14,6 +14,7 @@ use glam::Vec3;
 use crate::adaptive::{next_look, unfinished};
 use crate::batch::Batch;
 use crate::context::Context;
+use crate::guide::Guide;
 use crate::integrator::{megakernel, path, whitted};
 use crate::media::media_around;
 use crate::policy::{Executor, Policy};
@@ -172,7 +173,7 @@ impl<'a> Renderer<'a> {
                 Batch::new(settings.max_depth, policy.capacity, recorder)
             })
             .collect();
-        let context = Context::new(scene, camera, policy);
+        let context = pool.install(|| Context::new(scene, camera, policy));
         Ok(Renderer { context, batches, pool })
     }
 
@@ -225,6 +226,11 @@ impl<'a> Renderer<'a> {
         });
         let unfinished = tiles.into_inner().expect("no holder of the lock can panic").len();
         unfinished == 0
+    }
+
+    /// What guides rays, if anything does.
+    pub fn guide(&self) -> Option<&Guide> {
+        self.context.guide.as_ref()
     }
 
     /// Counts and times of all passes so far.

@@ -156,6 +156,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
 
     let warnings = load(&mut session, terminal)?;
     let mut render = session.render(arguments.options())?;
+    if let Some(guide) = render.guide() {
+        let [photons, kept] = [guide.sent, guide.kept() as u64].map(|count| plural(count, "photon"));
+        terminal.say(format_args!("guide    {}, {photons}, {kept} kept", duration(guide.time)));
+    }
     let begin = Instant::now();
     let is_late = || arguments.time_limit.is_some_and(|limit| begin.elapsed() >= limit);
     let complete = trace(&mut render, terminal, || interrupt.asked() || is_late(), |_, _| true);

@@ -222,6 +222,12 @@ impl Principled {
         self.glass.is_some() || self.through != Vec3::ZERO
     }
 
+    /// Whether it spreads light widely on the side that it comes from, and lets none through.
+    #[inline(always)]
+    pub fn is_diffuse(&self) -> bool {
+        self.diffuse != Vec3::ZERO && !self.transmits()
+    }
+
     /// Whether all of its directions are singular.
     #[inline(always)]
     pub fn is_smooth(&self) -> bool {

@@ -157,12 +157,12 @@ impl<M: Copy> Outlet for Sent<'_, M> {
 }
 
 /// One hit, as a block of rows.
-struct Row<'r, 'a> {
-    context: &'r Context<'a>,
-    ray: &'r PathRay,
-    hit: &'r SurfaceHit,
-    sample: &'r Sample,
-    depth: u32,
+pub(crate) struct Row<'r, 'a> {
+    pub(crate) context: &'r Context<'a>,
+    pub(crate) ray: &'r PathRay,
+    pub(crate) hit: &'r SurfaceHit,
+    pub(crate) sample: &'r Sample,
+    pub(crate) depth: u32,
 }
 
 impl<'r> Rows for Row<'r, '_> {

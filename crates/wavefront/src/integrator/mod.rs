@@ -33,7 +33,7 @@ mod megakernel;
 mod path;
 mod whitted;
 
-pub(crate) use megakernel::{Beside, HitOf, Toward, follow_beside};
+pub(crate) use megakernel::{Beside, HitOf, Row, Toward, follow_beside};
 pub use megakernel::{DepthFirst, megakernel};
 pub use path::path;
 pub use whitted::whitted;

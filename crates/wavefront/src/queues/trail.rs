@@ -18,6 +18,8 @@ pub enum Event {
     SpreadThrough = 4,
     /// Scattered by a medium.
     Scattered = 5,
+    /// Reflected in one of many directions, where the guide had its share in choosing it.
+    Guided = 6,
 }
 
 /// Where the light was that a path ended at.
@@ -37,7 +39,7 @@ pub enum End {
 /// The events of a path from the camera on, 3 bits each from the lowest on, and its end. The first nine are kept.
 ///
 /// It is shown as `C`, for the camera, and a letter an event: `R` mirrored, `T` refracted, `D` spread, `G` spread through (as by
-/// ground glass), `V` scattered by a medium; a dot where more may have followed; `L` a light, `E` an emitter, `B` the background.
+/// ground glass), `V` scattered by a medium, `D*` spread where the guide was asked; a dot where more may have followed; `L` a light, `E` an emitter, `B` the background.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Trail(u32);
 
@@ -56,7 +58,7 @@ impl Trail {
     /// What has these [`bits`](Trail::bits); none if they are no trail's.
     pub fn from_bits(bits: u32) -> Option<Trail> {
         let code = |place: u32| bits >> (Self::BITS * place) & 7;
-        let is_known = (0..Self::EVENTS).all(|place| code(place) <= 5) && code(Self::EVENTS) <= 4;
+        let is_known = (0..Self::EVENTS).all(|place| code(place) <= 6) && code(Self::EVENTS) <= 4;
         (is_known && bits >> (Self::BITS * (Self::EVENTS + 1)) == 0).then_some(Trail(bits))
     }
 
@@ -80,14 +82,24 @@ impl Trail {
             .find(|&end| self.0 >> (Self::BITS * Self::EVENTS) == end as u32)
     }
 
+    /// Whether the guide had its share in the path's direction, and only mirrors and smooth glass have turned it since.
+    #[inline(always)]
+    pub fn is_guided(self) -> bool {
+        // A one for every event that is neither of both, at its lowest bit.
+        let others = (self.0 >> 2 | self.0 >> 1 & self.0) & 0o111_111_111;
+        let last = (others | 1).ilog2();
+        self.0 >> last & 7 == Event::Guided as u32
+    }
+
     /// How the path came through its first surface.
     #[inline(always)]
     pub fn part(self) -> Part {
         const MIRRORED: u32 = Event::Mirrored as u32;
         const SPREAD: u32 = Event::Spread as u32;
+        const GUIDED: u32 = Event::Guided as u32;
         match self.0 & 7 {
             0 => Part::Direct,
-            MIRRORED | SPREAD => Part::Reflection,
+            MIRRORED | SPREAD | GUIDED => Part::Reflection,
             _ => Part::Transmission,
         }
     }
@@ -100,7 +112,7 @@ impl fmt::Display for Trail {
         (0..Self::EVENTS)
             .map(code)
             .take_while(|&code| code > 0)
-            .try_for_each(|code| write!(f, " {}", ["R", "T", "D", "G", "V"][code - 1]))?;
+            .try_for_each(|code| write!(f, " {}", ["R", "T", "D", "G", "V", "D*"][code - 1]))?;
         if code(Self::EVENTS - 1) > 0 {
             write!(f, " .")?;
         }

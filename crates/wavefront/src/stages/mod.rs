@@ -50,3 +50,4 @@ pub(crate) use sort::{Arrival, arrive};
 pub use sort::{Arrivals, SortedHits, sort};
 pub(crate) use trace::behind_veil;
 pub use trace::{TraceScratch, trace};
+pub(crate) use vectors::{LANES, Vectors};

@@ -6,7 +6,7 @@ use glam::Vec3;
 pub(crate) const LANES: usize = 16;
 
 /// Vectors of a block's rows.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct Vectors<const N: usize>(pub(crate) [[f32; N]; 3]);
 
 impl<const N: usize> Vectors<N> {

@@ -62,6 +62,7 @@ pub(crate) fn settings(settings: &schema::Settings, integrator: parts::Integrato
         },
         split_depth: settings.split_depth,
         roulette: settings.roulette,
+        guiding: settings.guiding,
         clamp: settings.clamp.unwrap_or(f32::INFINITY),
         ray_offset: 0.0,
         filter: match settings.filter {

@@ -11,7 +11,7 @@ use brewster_buffers::LightSample;
 use brewster_optics::lobe::{DELTA, LobeSplit, LobeValue, power_heuristic};
 use glam::{Vec2, Vec3};
 
-use super::block::{Chosen, Lights, Loads, Places, Rows};
+use super::block::{Chosen, Guidance, Lights, Loads, Places, Rows};
 use super::{Scatter, Surface, roulette};
 use crate::context::Context;
 use crate::ledger::{Ledger, units};
@@ -29,6 +29,7 @@ struct Arrivals<'a, 'b, S, R, const N: usize> {
     places: &'b Places<N>,
     loads: &'b Loads<N>,
     surfaces: &'b [S; N],
+    guidance: &'b Guidance<'b, N>,
 }
 
 /// What kinds of material do where a block of rays arrives.
@@ -49,7 +50,8 @@ pub(crate) fn scatter_block<Kind: Scatter, R: Rows, const N: usize>(
         counted[row] = row < rows.len();
     }
     let (places, loads, surfaces) = (&places, &loads, &surfaces);
-    let arrivals = Arrivals { context, rows, counted, places, loads, surfaces };
+    let guidance = &Guidance::new(context, surfaces, places);
+    let arrivals = Arrivals { context, rows, counted, places, loads, surfaces, guidance };
     arrivals.toward_lights(stacks, outlet);
     let sent = arrivals.onward(outlet, counts);
     if context.albedos.is_some() {
@@ -94,17 +96,24 @@ impl<S: Surface, R: Rows, const N: usize> Arrivals<'_, '_, S, R, N> {
                 lights.set(row, &light);
             }
         }
+        let (mut open, mut values, mut scattered) = ([false; N], Vectors::<N>::ZERO, [0.0; N]);
+        for row in 0..N {
+            let direction = lights.directions.get(row);
+            let toward = places.frame(row).to_local(direction);
+            open[row] = lights.there[row] & self.is_open(row, direction, toward);
+            let value =
+                if open[row] { surfaces[row].evaluate(places.views.get(row), toward) } else { LobeValue::BLACK };
+            scattered[row] = if self.splits() { value.pdf } else { value.chosen_pdf() };
+            values.set(row, value.f_cos);
+        }
+        self.guidance.mix(&open, &lights.directions, &mut scattered);
         let (mut goes, mut contributions) = ([false; N], Vectors::<N>::ZERO);
         for row in 0..N {
             let light = lights.get(row);
-            let toward = places.frame(row).to_local(light.direction);
-            let open = lights.there[row] & self.is_open(row, light.direction, toward);
-            let value = if open { surfaces[row].evaluate(places.views.get(row), toward) } else { LobeValue::BLACK };
-            let scattered = if self.splits() { value.pdf } else { value.chosen_pdf() };
-            let share = if light.is_delta { 1.0 } else { power_heuristic(light.pdf, scattered) };
-            let contribution = loads.weights.get(row) * value.f_cos * light.radiance * (share / light.pdf);
+            let share = if light.is_delta { 1.0 } else { power_heuristic(light.pdf, scattered[row]) };
+            let contribution = loads.weights.get(row) * values.get(row) * light.radiance * (share / light.pdf);
             contributions.set(row, contribution);
-            goes[row] = open & (contribution != Vec3::ZERO);
+            goes[row] = open[row] & (contribution != Vec3::ZERO);
         }
         if count(&goes) == 0 {
             return;
@@ -147,18 +156,20 @@ impl<S: Surface, R: Rows, const N: usize> Arrivals<'_, '_, S, R, N> {
     #[inline(always)]
     fn onward(&self, outlet: &mut impl Outlet, counts: &mut Counts) -> [Vectors<N>; 2] {
         let Arrivals { surfaces, places, loads, .. } = *self;
-        let [mut xs, mut ys, mut lobes] = [[0.0; N]; 3];
+        let ([mut xs, mut ys, mut lobes], mut directed) = ([[0.0; N]; 3], [false; N]);
         for row in 0..N {
             let numbers = self.rows.numbers(row);
             (xs[row], ys[row]) = numbers.direction().into();
-            lobes[row] = numbers.lobe();
+            (directed[row], lobes[row]) = self.guidance.part(row, numbers.lobe());
         }
+        let numbers = (&directed, &lobes, [&xs, &ys]);
         let mut first = Chosen::<N> { asked: self.counted, ..Chosen::NOTHING };
         if !self.splits() {
             for row in 0..N {
                 let (view, u) = (places.views.get(row), Vec2::new(xs[row], ys[row]));
                 first.set(row, surfaces[row].choose(view, u, lobes[row]), loads.branches[row]);
             }
+            self.guidance.direct((surfaces, places), numbers, &mut first);
             return [self.send(&first, outlet, counts), Vectors::<N>::ZERO];
         }
         let mut second = Chosen::<N>::NOTHING;
@@ -172,6 +183,7 @@ impl<S: Surface, R: Rows, const N: usize> Arrivals<'_, '_, S, R, N> {
             second.asked[row] = branches & self.counted[row];
         }
         counts.branched += count(&second.asked);
+        self.guidance.direct((surfaces, places), numbers, &mut first);
         [self.send(&first, outlet, counts), self.send(&second, outlet, counts)]
     }
 
@@ -181,7 +193,7 @@ impl<S: Surface, R: Rows, const N: usize> Arrivals<'_, '_, S, R, N> {
         let Arrivals { context, places, loads, .. } = *self;
         let (mut scattered, mut directions) = (Vectors::<N>::ZERO, Vectors::<N>::ZERO);
         let (mut broken, mut below, mut open, mut light) = ([false; N], [false; N], [false; N], [false; N]);
-        let asks_roulette = context.scene.settings.roulette;
+        let asked = self.asked_by_roulette(chosen);
         for row in 0..N {
             let weight = if chosen.there[row] { loads.weights.get(row) * chosen.weights.get(row) } else { Vec3::ZERO };
             let finite = weight.is_finite();
@@ -192,7 +204,7 @@ impl<S: Surface, R: Rows, const N: usize> Arrivals<'_, '_, S, R, N> {
             broken[row] = chosen.asked[row] & !finite;
             below[row] = goes & !is_open;
             open[row] = goes & is_open;
-            light[row] = open[row] & asks_roulette & roulette::is_asked(weight);
+            light[row] = open[row] & asked[row] & roulette::is_asked(weight * chosen.densities[row]);
             scattered.set(row, if goes { weight } else { Vec3::ZERO });
             directions.set(row, direction);
         }
@@ -206,21 +218,35 @@ impl<S: Surface, R: Rows, const N: usize> Arrivals<'_, '_, S, R, N> {
         let (mut weights, mut gone, mut onward) = (scattered, [false; N], [false; N]);
         for row in 0..N {
             let weight = scattered.get(row);
-            let spared = if light[row] { roulette::spared(weight, luck[row]) } else { Some(weight) };
+            let spared =
+                if light[row] { roulette::spared(weight, chosen.densities[row], luck[row]) } else { Some(weight) };
             weights.set(row, spared.unwrap_or(Vec3::ZERO));
             gone[row] = spared.is_none();
             onward[row] = open[row] & !gone[row];
         }
         let [reflections, transmissions] = self.depart(chosen, [&weights, &directions], &onward, outlet);
-        let (asked, given_up) = (count(&chosen.asked), count(&gone));
+        let given_up = count(&gone);
         counts.reflections += reflections;
         counts.transmissions += transmissions;
         counts.given_up += given_up;
-        counts.absorbed += asked - given_up - reflections - transmissions;
+        counts.absorbed += count(&chosen.asked) - given_up - reflections - transmissions;
         if context.albedos.is_some() {
             enter_sent([&scattered, &weights], [&below, &gone, &onward], &mut counts.ledger);
         }
         scattered
+    }
+
+    /// Which rows roulette may end: none, or all but those that were directed to where they now go on, for the light that they look for
+    /// makes up for their little weight.
+    #[inline(always)]
+    fn asked_by_roulette(&self, chosen: &Chosen<N>) -> [bool; N] {
+        let mut asked = [self.context.scene.settings.roulette; N];
+        if self.context.guide.is_some() {
+            for row in 0..N {
+                asked[row] &= !(chosen.pdfs[row] == DELTA && self.loads.trails[row].is_guided());
+            }
+        }
+        asked
     }
 
     /// Puts those rays into their queues that are marked; tells how many went into each.
@@ -244,6 +270,7 @@ impl<S: Surface, R: Rows, const N: usize> Arrivals<'_, '_, S, R, N> {
             let event = match (transmits[row], chosen.pdfs[row] == DELTA) {
                 (false, true) => Event::Mirrored,
                 (true, true) => Event::Refracted,
+                (false, false) if self.guidance.directs(row) => Event::Guided,
                 (false, false) => Event::Spread,
                 (true, false) => Event::SpreadThrough,
             };

@@ -11,6 +11,7 @@ use glam::{Vec2, Vec3};
 
 use super::{Scatter, Surface, asked, disperse, sides};
 use crate::context::Context;
+use crate::guide::{Cell, Guide};
 use crate::media::{MediaId, MediaStacks};
 use crate::queues::{PathRay, SurfaceHit, Trail};
 use crate::random::Stream;
@@ -174,6 +175,91 @@ impl<const N: usize> Places<N> {
     }
 }
 
+/// What the guide knows of the places.
+pub(super) struct Guidance<'g, const N: usize> {
+    guide: Option<&'g Guide>,
+    cells: [Option<&'g Cell>; N],
+}
+
+impl<'g, const N: usize> Guidance<'g, N> {
+    #[inline(always)]
+    pub(super) fn new<S: Surface>(context: &'g Context<'_>, surfaces: &[S; N], places: &Places<N>) -> Guidance<'g, N> {
+        let guide = context.guide.as_ref();
+        let mut cells = [None; N];
+        if let Some(guide) = guide {
+            let found = guide.cells.find(&places.positions);
+            for row in 0..N {
+                if surfaces[row].is_guided() {
+                    cells[row] = found[row];
+                }
+            }
+        }
+        Guidance { guide, cells }
+    }
+
+    /// Whether rays are directed in a row.
+    #[inline(always)]
+    pub(super) fn directs(&self, row: usize) -> bool {
+        self.cells[row].is_some()
+    }
+
+    /// Parts a row's number into whether its ray is directed, and what is left of it for the one who chooses.
+    #[inline(always)]
+    pub(super) fn part(&self, row: usize, number: f32) -> (bool, f32) {
+        let share = if let Some(cell) = self.cells[row] { cell.share } else { 0.0 };
+        let directed = number < share;
+        let rest = if directed { number / share } else { (number - share) / (1.0 - share) };
+        (directed, rest.min(1.0f32.next_down()))
+    }
+
+    /// Directs rays by the marks and numbers of their rows, and weighs all of the rows that have a cell by the densities of both ways to choose.
+    #[inline(always)]
+    pub(super) fn direct<S: Surface>(
+        &self,
+        (surfaces, places): (&[S; N], &Places<N>),
+        (marks, choices, [xs, ys]): (&[bool; N], &[f32; N], [&[f32; N]; 2]),
+        chosen: &mut Chosen<N>,
+    ) {
+        let Some(Guide { cells, .. }) = self.guide else { return };
+        for row in 0..N {
+            let Some(cell) = self.cells[row] else { continue };
+            let frame = places.frame(row);
+            if marks[row] {
+                let direction = cells.sample(cell, choices[row], Vec2::new(xs[row], ys[row]));
+                chosen.there[row] = true;
+                chosen.directions.set(row, frame.to_local(direction));
+            }
+            let local = chosen.directions.get(row);
+            let value = surfaces[row].evaluate(places.views.get(row), local);
+            let own = value.chosen_pdf();
+            let pdf = mixed(cell.share, own, cells.pdf(cell, frame.to_world(local)));
+            chosen.there[row] &= own > 0.0;
+            chosen.weights.set(row, value.f_cos / pdf);
+            chosen.pdfs[row] = pdf;
+            chosen.densities[row] = pdf / own;
+        }
+    }
+
+    /// Makes the densities with which surfaces choose directions, of those rows that are marked, the densities of both ways to choose.
+    #[inline(always)]
+    pub(super) fn mix(&self, marks: &[bool; N], directions: &Vectors<N>, densities: &mut [f32; N]) {
+        let Some(Guide { cells, .. }) = self.guide else { return };
+        for row in 0..N {
+            if let Some(cell) = self.cells[row]
+                && marks[row]
+            {
+                densities[row] = mixed(cell.share, densities[row], cells.pdf(cell, directions.get(row)));
+            }
+        }
+    }
+}
+
+/// The density of what the guide chooses with a share of all chances, and otherwise the surface.
+#[inline(always)]
+fn mixed(share: f32, own: f32, guided: f32) -> f32 {
+    (1.0 - share) * own + share * guided
+}
+
 /// Lights that were drawn for the rows.
 pub(super) struct Lights<const N: usize> {
     pub(super) there: [bool; N],
@@ -228,6 +314,8 @@ pub(super) struct Chosen<const N: usize> {
     pub(super) directions: Vectors<N>,
     pub(super) weights: Vectors<N>,
     pub(super) pdfs: [f32; N],
+    /// The densities, as parts of those with which the surfaces alone choose the directions.
+    pub(super) densities: [f32; N],
     pub(super) branches: [u32; N],
 }
 
@@ -238,6 +326,7 @@ impl<const N: usize> Chosen<N> {
         directions: Vectors::<N>::ZERO,
         weights: Vectors::<N>::ZERO,
         pdfs: [0.0; N],
+        densities: [1.0; N],
         branches: [0; N],
     };
 

@@ -45,6 +45,11 @@ impl Surface for Lambertian {
     }
 
     #[inline(always)]
+    fn is_guided(&self) -> bool {
+        true
+    }
+
+    #[inline(always)]
     fn evaluate(&self, view: Vec3, light: Vec3) -> LobeValue {
         if view.z <= 0.0 || light.z <= 0.0 {
             return LobeValue::BLACK;

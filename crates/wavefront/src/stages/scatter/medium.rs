@@ -66,7 +66,7 @@ pub(crate) fn scatter_in_medium(
         counts.ledger.scattered.add(ray.weight);
     }
     let spared = if context.scene.settings.roulette && roulette::is_asked(ray.weight) {
-        roulette::spared(ray.weight, numbers.roulette())
+        roulette::spared(ray.weight, 1.0, numbers.roulette())
     } else {
         Some(ray.weight)
     };

@@ -80,6 +80,12 @@ pub trait Surface: Copy {
     /// Whether light may come through.
     fn transmits(&self) -> bool;
 
+    /// Whether the guide may direct rays here: it knows light that comes from outside, and helps where light is spread widely.
+    #[inline(always)]
+    fn is_guided(&self) -> bool {
+        false
+    }
+
     /// What is left of light that goes straight on, as through a smooth sheet.
     #[inline(always)]
     fn straight(&self, _view: Vec3) -> Vec3 {

@@ -160,6 +160,11 @@ impl Surface for Principled {
     }
 
     #[inline(always)]
+    fn is_guided(&self) -> bool {
+        Principled::is_diffuse(self)
+    }
+
+    #[inline(always)]
     fn evaluate(&self, view: Vec3, light: Vec3) -> LobeValue {
         Principled::evaluate(self, view, light)
     }

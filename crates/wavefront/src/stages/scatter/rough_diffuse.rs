@@ -39,6 +39,11 @@ impl Surface for RoughDiffuse {
     }
 
     #[inline(always)]
+    fn is_guided(&self) -> bool {
+        true
+    }
+
+    #[inline(always)]
     fn evaluate(&self, view: Vec3, light: Vec3) -> LobeValue {
         RoughDiffuse::evaluate(self, view, light)
     }

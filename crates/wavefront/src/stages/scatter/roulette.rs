@@ -12,9 +12,9 @@ pub(super) fn is_asked(weight: Vec3) -> bool {
     weight.max_element() < LIGHTEST
 }
 
-/// What a path of a weight [that is asked](is_asked) weighs if it goes on, by a number 0 ≤ u < 1.
+/// What a path weighs if it goes on, by a number 0 ≤ u < 1, of which some multiple of its weight [was asked](is_asked).
 #[inline(always)]
-pub(super) fn spared(weight: Vec3, u: f32) -> Option<Vec3> {
-    let survival = weight.max_element() / LIGHTEST;
+pub(super) fn spared(weight: Vec3, multiple: f32, u: f32) -> Option<Vec3> {
+    let survival = (weight * multiple).max_element() / LIGHTEST;
     (u < survival).then(|| weight / survival)
 }

@@ -1,0 +1,251 @@
+//! Cells of photons that lie near each other, and the directions that these came from.
+
+use std::f32::consts::TAU;
+
+use brewster_geometry::Aabb;
+use brewster_lanes::math;
+use brewster_optics::basis::Basis;
+use glam::{Vec2, Vec3};
+
+use crate::stages::{LANES, Vectors};
+
+/// Light that came to a surface that scatters, by way of what is smooth.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Photon {
+    /// Where.
+    pub(super) position: Vec3,
+    /// The unit direction that it came from.
+    pub(super) toward: Vec3,
+    /// Its power times the number of photons that were sent, in watts.
+    pub(super) power: f32,
+    /// An estimate of the irradiance that lights bring to the place without detour.
+    pub(super) direct: f32,
+}
+
+/// Photons by place: a binary tree with cells for leaves.
+#[derive(Clone, Debug)]
+pub(crate) struct Cells {
+    nodes: Vec<Node>,
+    /// Steps from the root to the leaf that lies deepest.
+    depth: u32,
+    cells: Vec<Cell>,
+    directions: Vec<Directions>,
+}
+
+/// Points whose coordinate on the axis is less than `split` are in the first child, others in the second. A leaf is its own children.
+#[derive(Clone, Copy, Debug)]
+struct Node {
+    split: f32,
+    axis: u32,
+    children: [u32; 2],
+    cell: u32,
+}
+
+/// A place where rays are directed.
+#[derive(Clone, Debug)]
+pub(crate) struct Cell {
+    /// Around its photons, and a little more.
+    bounds: Aabb,
+    /// Its rows of directions.
+    first: u32,
+    photons: u32,
+    /// How wide rays are spread around the directions of photons: half of them at less than this, as 1 - cosθ.
+    width: f32,
+    /// The part of the rays that is directed; 0 where none is.
+    pub(crate) share: f32,
+}
+
+/// The unit directions of some photons of a cell. Where there are fewer, the others are zero.
+#[derive(Clone, Copy, Debug)]
+struct Directions {
+    xyz: [[f32; LANES]; 3],
+    there: [f32; LANES],
+}
+
+/// Photons of a cell at most.
+const MOST: usize = 2 * LANES;
+
+/// Fewer photons than this make no guide.
+const LEAST: usize = 4 * MOST;
+
+/// What a caustic is held against, to say how many rays look for it: this part of the light that comes without detour.
+const OTHERS: f32 = 0.25;
+
+/// The least and the most of a cell's rays that are directed.
+const SHARES: [f32; 2] = [0.1, 0.9];
+
+/// Around a photon's direction rays are spread so far that half of them lie nearer than this part of the cell's photons; not less than 2.6°.
+const NEAR: usize = 8;
+const LEAST_WIDTH: f32 = 1e-3;
+
+impl Cells {
+    /// Cells of photons, of which `sent` were sent. None if there are too few.
+    pub(super) fn new(photons: &[Photon], sent: u64) -> Option<Cells> {
+        let (mut photons, power) = evened(photons);
+        if photons.len() < LEAST {
+            return None;
+        }
+        let mut cells = Cells { nodes: Vec::new(), depth: 0, cells: Vec::new(), directions: Vec::new() };
+        let mut lit = Vec::new();
+        cells.grow(&mut photons, 0, &mut lit);
+        let (area, light) =
+            lit.iter().fold((0.0, 0.0), |(area, light), &[own, direct]| (area + own, light + own * direct));
+        let others = OTHERS * light / area;
+        for (cell, [area, _]) in cells.cells.iter_mut().zip(lit) {
+            let caustic = power / sent as f32 * cell.photons as f32 / area;
+            cell.share = (caustic / (caustic + others)).clamp(SHARES[0], SHARES[1]);
+        }
+        Some(cells)
+    }
+
+    pub(super) fn kept(&self) -> usize {
+        self.cells.iter().map(|cell| cell.photons as usize).sum()
+    }
+
+    pub(super) fn bytes(&self) -> usize {
+        size_of_val(&*self.nodes) + size_of_val(&*self.cells) + size_of_val(&*self.directions)
+    }
+
+    /// Adds the tree of photons; `lit` gets each cell's area and the irradiance without detour there.
+    fn grow(&mut self, photons: &mut [Photon], depth: u32, lit: &mut Vec<[f32; 2]>) {
+        let bounds = Aabb::around(photons.iter().map(|photon| photon.position));
+        let size = bounds.max - bounds.min;
+        let at = self.nodes.len();
+        self.nodes.push(Node { split: 0.0, axis: 0, children: [at as u32; 2], cell: self.cells.len() as u32 });
+        if photons.len() <= MOST || size == Vec3::ZERO {
+            self.depth = self.depth.max(depth);
+            return self.add(photons, bounds, lit);
+        }
+        let axis = size.max_position();
+        photons.sort_unstable_by(|a, b| a.position[axis].total_cmp(&b.position[axis]));
+        // Of all that lie in a plane, as on a floor, none is parted from the others.
+        let middle = photons[photons.len() / 2].position[axis];
+        let before = photons.partition_point(|photon| photon.position[axis] < middle);
+        let behind = photons.partition_point(|photon| photon.position[axis] <= middle);
+        let (before, behind) = photons.split_at_mut(if before > 0 { before } else { behind });
+        let split = behind[0].position[axis];
+        let first = self.nodes.len() as u32;
+        self.grow(before, depth + 1, lit);
+        let second = self.nodes.len() as u32;
+        self.grow(behind, depth + 1, lit);
+        self.nodes[at] = Node { split, axis: axis as u32, children: [first, second], cell: 0 };
+    }
+
+    fn add(&mut self, photons: &[Photon], bounds: Aabb, lit: &mut Vec<[f32; 2]>) {
+        let count = photons.len() as f32;
+        let mut sides = (bounds.max - bounds.min).to_array();
+        sides.sort_unstable_by(|a, b| b.total_cmp(a));
+        let [long, across, _] = sides;
+        let direct = photons.iter().map(|photon| photon.direct).sum::<f32>() / count;
+        lit.push([(long * across.max(0.1 * long)).max(f32::MIN_POSITIVE), direct]);
+        // About as much lies between the photons of neighboring cells.
+        let gap = 1.5 * long / count.sqrt();
+        let (first, photon_count) = (self.directions.len() as u32, photons.len() as u32);
+        let cell = Cell { bounds: bounds.padded(gap), first, photons: photon_count, width: width(photons), share: 0.0 };
+        self.cells.push(cell);
+        for run in photons.chunks(LANES) {
+            let mut directions = Directions { xyz: [[0.0; LANES]; 3], there: [0.0; LANES] };
+            for (lane, photon) in run.iter().enumerate() {
+                directions.there[lane] = 1.0;
+                for axis in 0..3 {
+                    directions.xyz[axis][lane] = photon.toward[axis];
+                }
+            }
+            self.directions.push(directions);
+        }
+    }
+
+    /// The cells of points. None where no photon came near.
+    #[inline(always)]
+    pub(crate) fn find<const N: usize>(&self, points: &Vectors<N>) -> [Option<&Cell>; N] {
+        let mut at = [0u32; N];
+        for _ in 0..self.depth {
+            for row in 0..N {
+                let node = &self.nodes[at[row] as usize];
+                let is_beyond = points.0[node.axis as usize][row] >= node.split;
+                at[row] = node.children[usize::from(is_beyond)];
+            }
+        }
+        let mut found = [None; N];
+        for row in 0..N {
+            let cell = &self.cells[self.nodes[at[row] as usize].cell as usize];
+            let (point, Aabb { min, max }) = (points.get(row), cell.bounds);
+            if point.cmpge(min).all() & point.cmple(max).all() {
+                found[row] = Some(cell);
+            }
+        }
+        found
+    }
+
+    /// The density per solid angle of [`Cells::sample`]: the mean over the photons of `w(w + 2)/(4π (w + x)²)`, where x is 1 - cosθ to the
+    /// direction of the photon and w the cell's width.
+    #[inline(always)]
+    pub(crate) fn pdf(&self, cell: &Cell, direction: Vec3) -> f32 {
+        let mut sums = [0.0; LANES];
+        let rows = (cell.photons as usize).div_ceil(LANES);
+        for directions in &self.directions[cell.first as usize..][..rows] {
+            let [x, y, z] = &directions.xyz;
+            for lane in 0..LANES {
+                let cosine = x[lane] * direction.x + y[lane] * direction.y + z[lane] * direction.z;
+                let apart = cell.width + (1.0 - cosine);
+                sums[lane] += directions.there[lane] / (apart * apart);
+            }
+        }
+        let mut half = LANES / 2;
+        while half > 0 {
+            for lane in 0..half {
+                sums[lane] += sums[lane + half];
+            }
+            half /= 2;
+        }
+        sums[0] * (cell.width * (cell.width + 2.0) / (2.0 * TAU)) / cell.photons as f32
+    }
+
+    /// A unit direction near to that of some photon of a cell, by three numbers 0 ≤ u < 1.
+    #[inline(always)]
+    pub(crate) fn sample(&self, cell: &Cell, choice: f32, u: Vec2) -> Vec3 {
+        let photon = ((choice * cell.photons as f32) as usize).min(cell.photons as usize - 1);
+        let Directions { xyz: [x, y, z], .. } = &self.directions[cell.first as usize + photon / LANES];
+        let lane = photon % LANES;
+        let versine = 2.0 * u.x * cell.width / (cell.width + 2.0 - 2.0 * u.x);
+        let radius = (versine * (2.0 - versine)).max(0.0).sqrt();
+        let (sin, cos) = math::sin_cos(TAU * u.y);
+        Basis::around(Vec3::new(x[lane], y[lane], z[lane])).to_world(Vec3::new(
+            radius * cos,
+            radius * sin,
+            1.0 - versine,
+        ))
+    }
+}
+
+/// Photons of one power, which is told, in place of some of many powers: as many as these are worth.
+fn evened(photons: &[Photon]) -> (Vec<Photon>, f32) {
+    let (sum, squares) = photons.iter().fold((0.0, 0.0), |(sum, squares), photon| {
+        let power = f64::from(photon.power);
+        (sum + power, squares + power * power)
+    });
+    let step = squares / sum;
+    let (mut even, mut next, mut passed) = (Vec::with_capacity(photons.len() + 1), 0.5 * step, 0.0);
+    for photon in photons {
+        passed += f64::from(photon.power);
+        while next < passed {
+            even.push(*photon);
+            next += step;
+        }
+    }
+    (even, step as f32)
+}
+
+/// The width of a cell: what lies between a photon's direction and that of its neighbors, for the photon in the middle.
+fn width(photons: &[Photon]) -> f32 {
+    let near = (photons.len() / NEAR).max(2).min(photons.len() - 1);
+    let mut widths: Vec<f32> = photons
+        .iter()
+        .map(|photon| {
+            let mut apart: Vec<f32> = photons.iter().map(|other| 1.0 - photon.toward.dot(other.toward)).collect();
+            *apart.select_nth_unstable_by(near, f32::total_cmp).1
+        })
+        .collect();
+    let middle = widths.len() / 2;
+    widths.select_nth_unstable_by(middle, f32::total_cmp).1.clamp(LEAST_WIDTH, 1.0)
+}

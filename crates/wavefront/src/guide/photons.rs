@@ -1,0 +1,296 @@
+//! Sends photons from the lights toward what may bend them.
+
+use brewster_buffers::{Distribution, LightSample, MaterialKind, MaterialRow, Principled, SceneBuffers};
+use brewster_film::Light;
+use brewster_geometry::{Aabb, Ray, RayByRay, RayMemory, offset_origin, surface};
+use brewster_optics::dispersion::PathWavelength;
+use brewster_optics::lobe::{DELTA, mean};
+use glam::Vec3;
+use rayon::prelude::*;
+
+use super::cells::Photon;
+use crate::context::Context;
+use crate::integrator::Row;
+use crate::media::{MediaId, MediaStacks};
+use crate::queues::{
+    Contribution, NO_INSTANCE, OnCoated, OnDielectric, OnMetal, OnPrincipled, PathRay, Sample, ShadowRay, SurfaceHit,
+    Trail,
+};
+use crate::random::{Decision, PixelKey, Sampler, SamplerKind};
+use crate::stages::scatter::scatter_block;
+use crate::stages::{Arrival, Outlet, arrive, behind, weaken};
+use crate::stats::Counts;
+
+/// Photons that are sent.
+const PHOTONS: u32 = 1 << 16;
+
+/// Photons that one thread sends in a row.
+const RUN: u32 = 1 << 10;
+
+/// Surfaces whose facets are wider are no mirrors: what they reflect is found by rays toward lights.
+const WIDEST: f32 = 0.1;
+
+/// What became of the photons.
+pub(super) struct Flight {
+    pub(super) photons: Vec<Photon>,
+    pub(super) sent: u64,
+    pub(super) rays: u64,
+}
+
+/// Sends photons; none if there is nothing to send them from, toward or to.
+pub(super) fn send(context: &Context<'_>) -> Option<Flight> {
+    let scene = context.scene;
+    let shines = scene.emitters.rows().len() > 0 || scene.background.drawn().is_some();
+    let targets = if shines { Targets::new(context)? } else { return None };
+    let seed = scene.settings.seed ^ SEED;
+    let context =
+        Context { sampler: Sampler::new(SamplerKind::Sobol, seed, PHOTONS), albedos: None, ..context.clone() };
+    let runs: Vec<Vec<(Option<Photon>, u64)>> = (0..PHOTONS / RUN)
+        .into_par_iter()
+        .map(|run| {
+            let (mut memory, mut stacks) = (RayMemory::default(), MediaStacks::default());
+            let tracer = RayByRay::new(context.geometry, context.policy.level, &mut memory);
+            let mut sender = Sender { context: &context, targets: &targets, tracer, stacks: &mut stacks, rays: 0 };
+            (run * RUN..(run + 1) * RUN)
+                .map(|number| {
+                    sender.rays = 0;
+                    (sender.photon(number), sender.rays)
+                })
+                .collect()
+        })
+        .collect();
+    let all = || runs.iter().flatten();
+    let photons = all().filter_map(|(photon, _)| *photon).collect();
+    Some(Flight { photons, sent: PHOTONS.into(), rays: all().map(|(_, rays)| rays).sum() })
+}
+
+/// Photons have other random numbers than paths.
+const SEED: u64 = 0x70_68_6f_74_6f_6e_73;
+
+/// What photons are sent toward: instances that may reflect or transmit light in few directions.
+struct Targets {
+    instances: Vec<u32>,
+    bounds: Vec<Aabb>,
+    choice: Distribution,
+    /// The box around the scene.
+    all: Aabb,
+}
+
+impl Targets {
+    fn new(context: &Context<'_>) -> Option<Targets> {
+        let (scene, geometry) = (context.scene, context.geometry.instances());
+        let (mut instances, mut bounds, mut areas) = (Vec::new(), Vec::new(), Vec::new());
+        let mut scatters = false;
+        for (instance, material) in (0..).zip(scene.instances.view().material) {
+            let material = scene.materials.rows.view().get(material.0 as usize);
+            scatters |= is_diffuse(scene, material);
+            if !bends(scene, material) {
+                continue;
+            }
+            let Ok(aabb) = geometry.bounds(instance) else { continue };
+            if !aabb.is_empty() {
+                // What is flat has a volume, too.
+                let aabb = aabb.padded(1e-3 * (aabb.max - aabb.min).max_element());
+                instances.push(instance);
+                bounds.push(aabb);
+                areas.push(f64::from(aabb.half_area()));
+            }
+        }
+        if !scatters {
+            return None;
+        }
+        Some(Targets { choice: Distribution::new(&areas)?, instances, bounds, all: context.geometry.top.bounds() })
+    }
+}
+
+/// Whether a material may send light on in few directions.
+fn bends(scene: &SceneBuffers, MaterialRow { kind, row, .. }: MaterialRow) -> bool {
+    let (materials, row) = (&scene.materials, row as usize);
+    match kind {
+        MaterialKind::Metal => materials.metal.view().alpha[row] <= WIDEST,
+        MaterialKind::Dielectric => {
+            let dielectrics = materials.dielectric.view();
+            dielectrics.alpha[row] <= WIDEST && !dielectrics.bare[row]
+        }
+        MaterialKind::Principled => {
+            let Principled { metallic, transmission, roughness, .. } = materials.principled.get(row);
+            let is_narrow = roughness.factor * roughness.factor <= WIDEST;
+            is_narrow && !(metallic.is_zero() && transmission.is_zero())
+        }
+        _ => false,
+    }
+}
+
+/// Whether photons end at a material.
+fn is_diffuse(scene: &SceneBuffers, material: MaterialRow) -> bool {
+    match material.kind {
+        MaterialKind::Lambert | MaterialKind::RoughDiffuse => true,
+        MaterialKind::Principled => !bends(scene, material),
+        _ => false,
+    }
+}
+
+/// Sends one photon after the other.
+struct Sender<'s, 'a> {
+    context: &'s Context<'a>,
+    targets: &'s Targets,
+    tracer: RayByRay<'s>,
+    stacks: &'s mut MediaStacks,
+    rays: u64,
+}
+
+/// The one ray that goes on.
+struct Next(Option<PathRay>);
+
+impl Outlet for Next {
+    fn reflect(&mut self, ray: PathRay) {
+        self.0 = Some(ray);
+    }
+
+    fn transmit(&mut self, ray: PathRay) {
+        self.0 = Some(ray);
+    }
+
+    fn shadow(&mut self, _: ShadowRay) {}
+
+    fn light(&mut self, _: Contribution) {}
+}
+
+impl Sender<'_, '_> {
+    /// Where a photon comes to a surface that scatters, if it does.
+    fn photon(&mut self, number: u32) -> Option<Photon> {
+        let context = self.context;
+        let (scene, sampler) = (context.scene, &context.sampler);
+        let sample = Sample { pixel: 0, key: PixelKey::ORIGIN, number, light: Light::NONE, rays: 0, rejected: 0 };
+        let stream = sampler.stream(sample.key, number, 1);
+        let time = context.time(sample.key, number);
+        let (mut ray, target, power) = self.start(number, time)?;
+        // Before that depth both ways on would be taken.
+        let split_depth = scene.settings.split_depth;
+        for depth in 0..=scene.settings.max_depth {
+            self.rays += 1;
+            let hit = self.tracer.closest_hit(&ray.ray(time));
+            if depth == 0 && hit.instance != target {
+                return None;
+            }
+            weaken(context, &mut ray.weight, self.stacks.filling(ray.media), hit.t, &mut Counts::default());
+            let found = (&hit, |ray: &Ray| surface(&context.geometry, ray, &hit));
+            match arrive(context, (&ray, 0, time), found, split_depth + depth, || stream, self.stacks) {
+                Arrival::NoBoundary(crossing) => ray = behind(context, &ray, &crossing, &mut Counts::default()),
+                Arrival::Surface(kind, hit) => {
+                    let material = scene.instances.view().material[hit.instance as usize];
+                    let material =
+                        MaterialRow { kind, row: hit.material, ..scene.materials.rows.view().get(material.0 as usize) };
+                    if is_diffuse(scene, material) {
+                        let power = power * mean(ray.weight);
+                        let is_caustic = ray.trail != Trail::CAMERA && power > 0.0 && power.is_finite();
+                        let (position, toward) = (hit.point.position, -ray.direction());
+                        let direct = |sender: &mut Self| sender.direct(&hit, &sample, time);
+                        return is_caustic.then(|| Photon { position, toward, power, direct: direct(self) });
+                    }
+                    ray = self.bend(kind, &ray, &hit, &sample, split_depth + depth)?;
+                }
+                Arrival::Nothing | Arrival::Medium(_) => return None,
+            }
+        }
+        None
+    }
+
+    /// A ray from a light toward a target, which is told, and its power times the number of photons.
+    fn start(&self, number: u32, time: f32) -> Option<(PathRay, u32, f32)> {
+        let Sender { context, targets, .. } = self;
+        let sampler = &context.sampler;
+        let stream = sampler.stream(PixelKey::ORIGIN, number, 1);
+        let [choice, place @ ..] = sampler.four(stream, Decision::Camera.at(0));
+        let target = targets.choice.choose(choice);
+        let bounds = targets.bounds[target.index as usize];
+        let size = bounds.max - bounds.min;
+        let aim = bounds.min + size * Vec3::from_array(place);
+        let (light, likely) = self.light(aim, number, time)?;
+        let origin = if light.distance == f32::INFINITY {
+            aim + light.direction * (1.01 * (targets.all.max - targets.all.min).length())
+        } else {
+            light.target
+        };
+        let direction = -light.direction;
+        // As likely as the ray are all points of the box on it to be aimed at.
+        let (enters, leaves) = ((bounds.min - aim) / direction, (bounds.max - aim) / direction);
+        let chord = enters.max(leaves).min_element() - enters.min(leaves).max_element();
+        let radiance = mean(light.radiance);
+        let density = light.pdf * likely * chord / size.element_product() * target.probability;
+        let ray = PathRay {
+            origin_x: origin.x,
+            origin_y: origin.y,
+            origin_z: origin.z,
+            direction_x: direction.x,
+            direction_y: direction.y,
+            direction_z: direction.z,
+            weight: light.radiance / radiance,
+            pdf: DELTA,
+            sample: 0,
+            trail: Trail::CAMERA,
+            instance: NO_INSTANCE,
+            media: MediaId::VACUUM,
+            wavelength: PathWavelength::NONE,
+            branch: 1,
+        };
+        Some((ray, targets.instances[target.index as usize], radiance / density))
+    }
+
+    /// A light that rays can meet, as a point sees it, and the chance that it was asked.
+    fn light(&self, point: Vec3, number: u32, time: f32) -> Option<(LightSample, f32)> {
+        let (scene, sampler) = (self.context.scene, &self.context.sampler);
+        let stream = sampler.stream(PixelKey::ORIGIN, number, 1);
+        let place = sampler.pair(stream, Decision::LightPoint.at(0));
+        let choice = sampler.one(stream, Decision::Light.at(0));
+        let (chance, sky) = match scene.background.drawn() {
+            Some(map) if scene.emitters.is_empty() => (1.0, Some(map)),
+            Some(map) => (0.5, (sampler.one(stream, Decision::Lobe.at(0)) < 0.5).then_some(map)),
+            None => (1.0, None),
+        };
+        let light = match sky {
+            Some(map) => map.sample(place)?,
+            None => scene.sample_light(point, time, choice, place)?,
+        };
+        (!light.is_delta).then_some((light, chance))
+    }
+
+    /// The irradiance of a place by the light that it sees.
+    fn direct(&mut self, hit: &SurfaceHit, sample: &Sample, time: f32) -> f32 {
+        let Some((light, chance)) = self.light(hit.point.position, sample.number, time) else { return 0.0 };
+        let (direction, distance) = light.ray_from(offset_origin(&hit.point, light.direction));
+        let origin = offset_origin(&hit.point, direction);
+        self.rays += 1;
+        if self.tracer.occluded(&Ray { origin, direction, time }, distance) {
+            return 0.0;
+        }
+        let cosine = light.direction.dot(hit.point.geometric_normal).abs();
+        mean(light.radiance) * cosine / (light.pdf * chance)
+    }
+
+    /// The ray that a surface sends on, if it does.
+    fn bend(
+        &mut self,
+        kind: MaterialKind,
+        ray: &PathRay,
+        hit: &SurfaceHit,
+        sample: &Sample,
+        depth: u32,
+    ) -> Option<PathRay> {
+        let Sender { context, stacks, .. } = self;
+        let row = Row { context, ray, hit, sample, depth };
+        let (mut next, mut counts) = (Next(None), Counts::default());
+        match kind {
+            MaterialKind::Metal => scatter_block::<OnMetal, _, 1>(context, &row, &mut next, stacks, &mut counts),
+            MaterialKind::Dielectric => {
+                scatter_block::<OnDielectric, _, 1>(context, &row, &mut next, stacks, &mut counts)
+            }
+            MaterialKind::Principled => {
+                scatter_block::<OnPrincipled, _, 1>(context, &row, &mut next, stacks, &mut counts)
+            }
+            MaterialKind::Coated => scatter_block::<OnCoated, _, 1>(context, &row, &mut next, stacks, &mut counts),
+            _ => {}
+        }
+        next.0
+    }
+}
