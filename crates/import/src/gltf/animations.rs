@@ -19,7 +19,7 @@ use serde_json::Map;
 
 use super::document::Document;
 use super::nodes::local;
-use super::{Found, GltfChoices, Reporter, broken, choose, extensions};
+use super::{Found, GltfChoices, Reporter, broken, choose, extensions, typed};
 use crate::diagnostics::Code;
 
 #[derive(Deserialize)]
@@ -78,10 +78,7 @@ struct Pointer {
 pub(super) fn pose(document: &mut Document, reporter: &mut Reporter, choices: &GltfChoices) -> Found<()> {
     let animations: Vec<Animation> = match &document.animations {
         Value::Null => Vec::new(),
-        animations => serde_path_to_error::deserialize(animations).map_err(|error| {
-            let path = error.path().to_string();
-            broken(format!("animations{path}"), error.inner().to_string())
-        })?,
+        animations => typed(animations, "animations")?,
     };
     let chosen = match choices.animation.as_deref() {
         Some("all") => (0..animations.len()).collect(),

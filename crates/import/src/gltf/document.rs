@@ -10,7 +10,7 @@ use gltf::json::{Index, Root, Value, buffer};
 
 use super::container::{Container, Uri};
 use super::extensions::{self, meshopt};
-use super::{Found, Reporter, broken, is_gltf, validate};
+use super::{Found, Reporter, broken, is_gltf, typed, validate};
 use crate::diagnostics::Code;
 use crate::hash::Digest;
 use crate::sandbox::Refusal;
@@ -50,7 +50,7 @@ impl Document {
         if let Some(object) = value.as_object_mut() {
             object.remove("animations");
         }
-        let root = typed(&value)?;
+        let root = typed(&value, "")?;
         check_version(&root)?;
         extensions::check(&root, reporter)?;
         validate::check(&root, &value)?;
@@ -83,7 +83,7 @@ impl Document {
 
     /// Reads the types from the values again, after these changed.
     pub(super) fn retype(&mut self) -> Found<()> {
-        self.root = typed(&self.value)?;
+        self.root = typed(&self.value, "")?;
         Ok(())
     }
 
@@ -117,16 +117,6 @@ impl Document {
     pub(super) fn read(&self, session: &mut Session, uri: &str, path: &str) -> Found<Vec<u8>> {
         read(session, &self.folder, uri, path)
     }
-}
-
-fn typed(value: &Value) -> Found<Root> {
-    Ok(serde_path_to_error::deserialize(value).map_err(|error| {
-        let path = match error.path().to_string() {
-            path if path == "." => String::new(),
-            path => path,
-        };
-        broken(path, error.inner().to_string())
-    })?)
 }
 
 fn check_version(root: &Root) -> Found<()> {

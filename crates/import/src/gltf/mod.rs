@@ -25,6 +25,8 @@ use std::path::Path;
 
 use brewster_world::components as world;
 use brewster_world::components::parts;
+use gltf::json::Value;
+use serde::de::DeserializeOwned;
 
 use crate::diagnostics::{Code, Diagnostic, Severity};
 use crate::environment::View;
@@ -72,6 +74,18 @@ type Found<T> = Result<T, Box<Diagnostic>>;
 /// An error at a place of the JSON.
 fn broken(path: impl Into<String>, message: impl Into<String>) -> Diagnostic {
     Diagnostic::about_path(Severity::Error, Code::Gltf, path, message)
+}
+
+/// A value of the JSON as a type; `path` is its place.
+fn typed<T: DeserializeOwned>(value: &Value, path: &str) -> Found<T> {
+    serde_path_to_error::deserialize(value).map_err(|error| {
+        let place = match error.path().to_string() {
+            within if within == "." => path.to_owned(),
+            within if path.is_empty() || within.starts_with('[') => format!("{path}{within}"),
+            within => format!("{path}.{within}"),
+        };
+        Box::new(broken(place, error.inner().to_string()))
+    })
 }
 
 /// Collects what there is to say about the file beside errors.

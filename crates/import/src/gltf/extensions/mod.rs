@@ -27,7 +27,7 @@ use gltf::json::{Root, Value};
 use serde::de::DeserializeOwned;
 use serde_json::Map;
 
-use super::{Found, Reporter, broken};
+use super::{Found, Reporter, typed};
 use crate::diagnostics::{Code, Diagnostic, Severity};
 
 /// The extensions that are read, and what is done with each.
@@ -107,17 +107,13 @@ pub(super) fn read<T: DeserializeOwned>(
     name: &str,
     path: &str,
 ) -> Found<Option<T>> {
-    let Some(value) = others.and_then(|others| others.get(name)) else { return Ok(None) };
-    match serde_path_to_error::deserialize(value) {
-        Ok(found) => Ok(Some(found)),
-        Err(error) => {
-            let within = match error.path().to_string() {
-                within if within == "." => String::new(),
-                within => format!(".{within}"),
-            };
-            Err(broken(format!("{path}.extensions.{name}{within}"), error.inner().to_string()).into())
-        }
-    }
+    let value = others.and_then(|others| others.get(name));
+    value.map(|value| typed(value, &path_of(path, name))).transpose()
+}
+
+/// Where the extension of an object stands.
+pub(super) fn path_of(object: &str, name: &str) -> String {
+    if object.is_empty() { format!("extensions.{name}") } else { format!("{object}.extensions.{name}") }
 }
 
 /// The extensions of an object of the `gltf` crate as plain values.
