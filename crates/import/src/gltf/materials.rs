@@ -10,7 +10,7 @@ use brewster_world::components::parts::{Channel, Encoding, Texture};
 use brewster_world::components::{Color, Detail, Material, NormalMap, Opacity, Principled, Scalar};
 use glam::Vec3;
 use gltf::json::material::AlphaMode;
-use gltf::json::{self, Value, texture};
+use gltf::json::{self, Value};
 use serde::de::DeserializeOwned;
 use serde_json::Map;
 
@@ -18,19 +18,44 @@ use super::document::Document;
 use super::extensions::{self, others};
 use super::meshes::Tangents;
 use super::textures::{Info, Textures};
-use super::{Found, Reporter};
+use super::{Found, Reporter, broken, typed};
 use crate::diagnostics::Code;
 use crate::session::Session;
 
 /// Reads one material.
 pub(super) struct Reader<'r, 'i> {
-    pub session: &'r mut Session<'i>,
-    pub reporter: &'r mut Reporter,
-    pub document: &'r Document,
-    pub textures: &'r mut Textures,
-    /// The material, and where it stands.
+    session: &'r mut Session<'i>,
+    reporter: &'r mut Reporter,
+    document: &'r Document,
+    textures: &'r mut Textures,
+    /// The material, typed and as it stands in the file.
     material: &'r json::Material,
+    own: &'r Fields<'r>,
+}
+
+/// An object of the file, whose fields have defaults.
+pub(super) struct Fields<'d> {
+    /// None for an object that is absent.
+    values: Option<&'d Map<String, Value>>,
     path: String,
+}
+
+impl<'d> Fields<'d> {
+    /// The value of a field.
+    pub(super) fn get<T: DeserializeOwned>(&self, name: &str, default: T) -> Found<T> {
+        let value = self.values.and_then(|values| values.get(name));
+        value.map_or(Ok(default), |value| typed(value, &self.path_of(name)))
+    }
+
+    pub(super) fn path_of(&self, name: &str) -> String {
+        format!("{}.{name}", self.path)
+    }
+
+    /// The object in a field.
+    fn within(&self, name: &str) -> Fields<'d> {
+        let values = self.values.and_then(|values| values.get(name)?.as_object());
+        Fields { values, path: self.path_of(name) }
+    }
 }
 
 /// A number in 0..=1.
@@ -49,7 +74,9 @@ pub(super) fn material(
     let default = json::Material::default();
     let material = index.map_or(&default, |index| &document.root.materials[index]);
     let path = index.map_or_else(String::new, |index| format!("materials[{index}]"));
-    let mut reader = Reader { session, reporter, document, textures, material, path };
+    let values = index.and_then(|index| document.value.get("materials")?.get(index)?.as_object());
+    let own = Fields { values, path };
+    let mut reader = Reader { session, reporter, document, textures, material, own: &own };
     let mut principled = reader.metallic_roughness()?;
     let p = &mut principled;
     let r = &mut reader;
@@ -87,7 +114,7 @@ pub(super) fn material(
     // Light has to leave what it has entered.
     let lets_light_through = principled.transmission.factor > 0.0 || principled.diffuse_transmission.factor > 0.0;
     let front_only = !material.double_sided && !lets_light_through && principled.volume.is_none();
-    let detail = Detail { normal: reader.normal()?, bump: None, opacity, front_only };
+    let detail = Detail { normal: reader.normal(&own, "normalTexture")?, bump: None, opacity, front_only };
     reader.note_decisions(lets_light_through);
     Ok((Material::Principled(Box::new(principled)), detail))
 }
@@ -113,56 +140,36 @@ pub(super) fn tangents(document: &Document, index: Option<usize>) -> Tangents {
     }
 }
 
-impl Reader<'_, '_> {
+impl<'r> Reader<'r, '_> {
     fn metallic_roughness(&mut self) -> Found<Principled> {
-        let material = self.material;
-        let pbr = &material.pbr_metallic_roughness;
-        let path = format!("{}.pbrMetallicRoughness", self.path);
-        let [r, g, b, _] = pbr.base_color_factor.0.map(unit);
-        let base = pbr.base_color_texture.as_ref().map(info);
-        let data = pbr.metallic_roughness_texture.as_ref().map(info);
-        let at_data = format!("{path}.metallicRoughnessTexture");
-        let emission = material.emissive_texture.as_ref().map(info);
-        let factor = material.emissive_factor.0.map(|factor| factor.clamp(0.0, f32::MAX));
+        let (own, pbr) = (self.own, self.own.within("pbrMetallicRoughness"));
+        let [r, g, b, _] = pbr.get("baseColorFactor", [1.0; 4])?.map(unit);
+        let emission = own.get("emissiveFactor", [0.0f32; 3])?.map(|factor| factor.clamp(0.0, f32::MAX));
+        let data = "metallicRoughnessTexture";
         Ok(Principled {
-            base_color: self.color([r, g, b], &base, Encoding::Srgb, &format!("{path}.baseColorTexture"))?,
-            metallic: self.scalar(unit(pbr.metallic_factor.0), &data, Channel::B, &at_data)?,
-            roughness: self.scalar(unit(pbr.roughness_factor.0), &data, Channel::G, &at_data)?,
-            emission: self.color(factor, &emission, Encoding::Srgb, &format!("{}.emissiveTexture", self.path))?,
+            base_color: self.color(&pbr, [r, g, b], "baseColorTexture")?,
+            metallic: self.scalar(&pbr, ("metallicFactor", 1.0), (data, Channel::B))?,
+            roughness: self.scalar(&pbr, ("roughnessFactor", 1.0), (data, Channel::G))?,
+            emission: self.color(own, emission, "emissiveTexture")?,
             ..Principled::default()
         })
     }
 
     /// How much of the surface is there, and the texture whose alpha is a factor of that.
     fn alpha(&mut self) -> Found<(f32, Option<Texture>)> {
-        let pbr = &self.material.pbr_metallic_roughness;
-        let path = format!("{}.pbrMetallicRoughness.baseColorTexture", self.path);
-        let texture = match pbr.base_color_texture.as_ref().map(info) {
-            Some(info) if self.material.alpha_mode.unwrap() != AlphaMode::Opaque => {
-                self.texture(&info, Encoding::Srgb, &path)?
-            }
-            _ => None,
+        let pbr = self.own.within("pbrMetallicRoughness");
+        let texture = match self.material.alpha_mode.unwrap() {
+            AlphaMode::Opaque => None,
+            _ => self.texture(&pbr, "baseColorTexture", Encoding::Srgb)?,
         };
-        Ok((unit(pbr.base_color_factor.0[3]), texture))
-    }
-
-    fn normal(&mut self) -> Found<Option<NormalMap>> {
-        let Some(map) = &self.material.normal_texture else { return Ok(None) };
-        let path = format!("{}.normalTexture", self.path);
-        let info = Info {
-            index: map.index.value(),
-            tex_coord: map.tex_coord,
-            scale: map.scale,
-            extensions: others!(map).cloned(),
-        };
-        let scale = if map.scale.is_finite() { map.scale } else { 1.0 };
-        Ok(self.texture(&info, Encoding::Linear, &path)?.map(|texture| NormalMap { texture, scale }))
+        let [.., alpha] = pbr.get("baseColorFactor", [1.0; 4])?;
+        Ok((unit(alpha), texture))
     }
 
     fn note_decisions(&mut self, lets_light_through: bool) {
         if self.material.occlusion_texture.is_some() {
             let message = "occlusion textures are not used: shadows in corners are traced";
-            self.reporter.note(Code::Decision, format!("{}.occlusionTexture", self.path), message);
+            self.reporter.note(Code::Decision, self.own.path_of("occlusionTexture"), message);
         }
         if !self.material.double_sided {
             let message = match lets_light_through {
@@ -172,44 +179,50 @@ impl Reader<'_, '_> {
                 true => "cameras see both sides of materials that let light through, double-sided or not",
             };
             // The default material stands nowhere in the file.
-            let path = if self.path.is_empty() { String::new() } else { format!("{}.doubleSided", self.path) };
+            let path = self.own.values.map_or_else(String::new, |_| self.own.path_of("doubleSided"));
             self.reporter.note(Code::Decision, path, message);
         }
     }
 
-    /// What an extension of the material holds, and its path.
-    pub(super) fn extension<T: DeserializeOwned>(&self, name: &str) -> Found<Option<(T, String)>> {
-        let found = extensions::read(others!(self.material), name, &self.path)?;
-        Ok(found.map(|found| (found, format!("{}.extensions.{name}", self.path))))
+    /// What an extension of the material holds.
+    pub(super) fn extension(&self, name: &str) -> Found<Option<Fields<'r>>> {
+        let others = self.own.within("extensions");
+        match others.values.and_then(|others| others.get(name)) {
+            None => Ok(None),
+            Some(Value::Object(_)) => Ok(Some(others.within(name))),
+            Some(_) => Err(broken(others.path_of(name), "the extension is no object").into()),
+        }
     }
 
-    /// The texture that a reference means; none where it cannot be read.
-    pub(super) fn texture(&mut self, info: &Info, encoding: Encoding, path: &str) -> Found<Option<Texture>> {
-        self.textures.texture((self.session, self.reporter), self.document, info, encoding, path)
+    /// The texture that a field refers to; none where it cannot be read.
+    pub(super) fn texture(&mut self, of: &Fields, name: &str, encoding: Encoding) -> Found<Option<Texture>> {
+        let Some(info) = of.get::<Option<Info>>(name, None)? else { return Ok(None) };
+        self.textures.texture((self.session, self.reporter), self.document, &info, encoding, &of.path_of(name))
     }
 
-    /// A number, times a channel of a texture.
-    pub(super) fn scalar(&mut self, factor: f32, info: &Option<Info>, channel: Channel, path: &str) -> Found<Scalar> {
-        let texture = match info {
-            Some(info) if factor != 0.0 => self.texture(info, Encoding::Linear, path)?,
-            _ => None,
-        };
+    /// The normal map that a field refers to.
+    pub(super) fn normal(&mut self, of: &Fields, name: &str) -> Found<Option<NormalMap>> {
+        let scale: f32 = of.within(name).get("scale", 1.0)?;
+        let scale = if scale.is_finite() { scale } else { 1.0 };
+        Ok(self.texture(of, name, Encoding::Linear)?.map(|texture| NormalMap { texture, scale }))
+    }
+
+    /// A number in 0..=1, times a channel of a texture: the names of both, and the number where none is given.
+    pub(super) fn scalar(
+        &mut self,
+        of: &Fields,
+        (factor, default): (&str, f32),
+        (texture, channel): (&str, Channel),
+    ) -> Found<Scalar> {
+        let factor = unit(of.get(factor, default)?);
+        let texture = if factor == 0.0 { None } else { self.texture(of, texture, Encoding::Linear)? };
         Ok(Scalar { factor, texture: texture.map(|texture| (texture, channel)) })
     }
 
     /// A color, times a texture's.
-    pub(super) fn color(
-        &mut self,
-        factor: [f32; 3],
-        info: &Option<Info>,
-        encoding: Encoding,
-        path: &str,
-    ) -> Found<Color> {
+    pub(super) fn color(&mut self, of: &Fields, factor: [f32; 3], texture: &str) -> Found<Color> {
         let factor = Vec3::from_array(factor);
-        let texture = match info {
-            Some(info) if factor != Vec3::ZERO => self.texture(info, encoding, path)?,
-            _ => None,
-        };
+        let texture = if factor == Vec3::ZERO { None } else { self.texture(of, texture, Encoding::Srgb)? };
         Ok(match texture {
             None => Color::Constant(factor),
             Some(texture) if factor == Vec3::ONE => Color::Texture(texture),
@@ -227,9 +240,4 @@ fn tint(color: &mut Color) {
         }
         Color::Texture(_) | Color::Tinted { .. } => {}
     }
-}
-
-/// A reference as the `gltf` crate has it.
-fn info(info: &texture::Info) -> Info {
-    Info { index: info.index.value(), tex_coord: info.tex_coord, scale: 1.0, extensions: others!(info).cloned() }
 }

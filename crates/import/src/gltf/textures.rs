@@ -32,15 +32,8 @@ pub(super) struct Info {
     pub index: usize,
     #[serde(default)]
     pub tex_coord: u32,
-    /// Of normal maps.
-    #[serde(default = "one")]
-    pub scale: f32,
     #[serde(default)]
     pub extensions: Option<Map<String, Value>>,
-}
-
-fn one() -> f32 {
-    1.0
 }
 
 /// `KHR_texture_transform`: scaled, then turned counterclockwise as v points down, then moved.

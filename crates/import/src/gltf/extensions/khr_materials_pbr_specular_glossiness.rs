@@ -5,51 +5,21 @@ use std::sync::Arc;
 
 use brewster_world::components::parts::{Channel, Encoding, Image, ImageTexture, Texels, Texture};
 use brewster_world::components::{Principled, Scalar};
-use serde::Deserialize;
 
 use super::super::Found;
 use super::super::materials::{Reader, unit};
-use super::super::textures::Info;
-
-#[derive(Deserialize)]
-#[serde(rename_all = "camelCase", default)]
-struct Extension {
-    diffuse_factor: [f32; 4],
-    diffuse_texture: Option<Info>,
-    specular_factor: [f32; 3],
-    glossiness_factor: f32,
-    specular_glossiness_texture: Option<Info>,
-}
-
-impl Default for Extension {
-    fn default() -> Self {
-        Extension {
-            diffuse_factor: [1.0; 4],
-            diffuse_texture: None,
-            specular_factor: [1.0; 3],
-            glossiness_factor: 1.0,
-            specular_glossiness_texture: None,
-        }
-    }
-}
 
 /// Writes what the extension says into a material; the alpha of its diffuse color, and where more of it comes from.
 pub(in crate::gltf) fn apply(reader: &mut Reader, material: &mut Principled) -> Found<Option<(f32, Option<Texture>)>> {
-    let Some((found, path)) = reader.extension::<Extension>("KHR_materials_pbrSpecularGlossiness")? else {
-        return Ok(None);
-    };
-    let [r, g, b, alpha] = found.diffuse_factor.map(unit);
-    let at_diffuse = format!("{path}.diffuseTexture");
-    material.base_color = reader.color([r, g, b], &found.diffuse_texture, Encoding::Srgb, &at_diffuse)?;
+    let Some(found) = reader.extension("KHR_materials_pbrSpecularGlossiness")? else { return Ok(None) };
+    let [r, g, b, alpha] = found.get("diffuseFactor", [1.0; 4])?.map(unit);
+    material.base_color = reader.color(&found, [r, g, b], "diffuseTexture")?;
     material.metallic = Scalar::constant(0.0);
     material.ior = 0.0;
-    let (of, at) = (&found.specular_glossiness_texture, format!("{path}.specularGlossinessTexture"));
-    material.specular_color = reader.color(found.specular_factor.map(unit), of, Encoding::Srgb, &at)?;
-    let glossiness = unit(found.glossiness_factor);
-    let texture = match of {
-        Some(info) => reader.texture(info, Encoding::Linear, &at)?,
-        None => None,
-    };
+    let specular = found.get("specularFactor", [1.0; 3])?.map(unit);
+    material.specular_color = reader.color(&found, specular, "specularGlossinessTexture")?;
+    let glossiness = unit(found.get("glossinessFactor", 1.0)?);
+    let texture = reader.texture(&found, "specularGlossinessTexture", Encoding::Linear)?;
     material.roughness = match texture {
         Some(Texture::Image(picture)) => {
             let image = Arc::new(roughness(&picture.image, glossiness));
