@@ -21,9 +21,8 @@ use super::document::Document;
 use super::extensions::{self, others};
 use super::{Found, Reporter, broken};
 use crate::diagnostics::{Code, Diagnostic, Severity};
-use crate::hash::Digest;
-use crate::image;
 use crate::session::Session;
+use crate::{hash, image};
 
 /// A reference to a texture, wherever in the file it stands: plain, of a normal map, or in an extension.
 #[derive(Clone, Debug, Deserialize)]
@@ -86,7 +85,7 @@ impl Textures {
         let mut files = Vec::new();
         for index in sources {
             let Ok(bytes) = bytes(session, document, index) else { continue };
-            let digest = digest(&bytes);
+            let digest = hash::of(&bytes);
             if !session.assets.pictures.contains_key(&digest) && image::reserve(&bytes, &mut pixels).is_ok() {
                 files.push((digest, bytes));
             }
@@ -172,7 +171,7 @@ impl Textures {
         };
         let file = match self.ahead.get(&index) {
             Some(&digest) => Ok((digest, None)),
-            None => bytes(session, document, index).map(|bytes| (digest(&bytes), Some(bytes))),
+            None => bytes(session, document, index).map(|bytes| (hash::of(&bytes), Some(bytes))),
         };
         let read = file.and_then(|(digest, file)| {
             // An edit elsewhere in the file, or another time of its animation, leaves the pixels where they are in memory.
@@ -218,12 +217,6 @@ fn bytes<'d>(session: &mut Session, document: &'d Document, index: usize) -> Fou
         (None, Some(view)) => document.view(view, &path).map(Cow::Borrowed),
         (None, None) => Err(broken(path.as_str(), "neither `uri` nor `bufferView` is given").into()),
     }
-}
-
-fn digest(bytes: &[u8]) -> u64 {
-    let mut digest = Digest::default();
-    digest.update(bytes);
-    digest.finish()
 }
 
 /// The image of a texture: of its extensions' if there is one, since they are there to be preferred.
