@@ -11,7 +11,7 @@ use gltf::json::{Index, Root, Value, buffer};
 use super::container::{Container, Uri};
 use super::extensions::{self, meshopt};
 use super::{Found, Reporter, broken, is_gltf, typed, validate};
-use crate::diagnostics::Code;
+use crate::diagnostics::{Code, Diagnostic};
 use crate::hash::Digest;
 use crate::sandbox::Refusal;
 use crate::session::{Session, describe};
@@ -168,8 +168,7 @@ fn read(session: &mut Session, folder: &Path, uri: &str, path: &str) -> Found<Ve
         Ok((bytes, _)) => Ok(bytes),
         Err(refusal) => {
             let (code, reason) = describe(&refusal);
-            let mut problem = broken(path, format!("cannot read {name:?}: {reason}"));
-            problem.code = code;
+            let problem = Diagnostic { code, ..broken(path, format!("cannot read {name:?}: {reason}")) };
             Err(Box::new(match refusal {
                 Refusal::Outside => problem
                     .expected("a file in the folder of the glTF file or below it")

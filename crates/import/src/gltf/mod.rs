@@ -76,6 +76,11 @@ fn broken(path: impl Into<String>, message: impl Into<String>) -> Diagnostic {
     Diagnostic::about_path(Severity::Error, Code::Gltf, path, message)
 }
 
+/// An error about a limit.
+fn too_much(path: impl Into<String>, message: impl Into<String>) -> Diagnostic {
+    Diagnostic { code: Code::Limit, ..broken(path, message) }
+}
+
 /// A value of the JSON as a type; `path` is its place.
 fn typed<T: DeserializeOwned>(value: &Value, path: &str) -> Found<T> {
     serde_path_to_error::deserialize(value).map_err(|error| {

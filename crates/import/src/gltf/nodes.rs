@@ -18,7 +18,7 @@ use super::document::Document;
 use super::extensions::{ext_mesh_gpu_instancing, khr_lights_punctual, khr_materials_variants, khr_node_visibility};
 use super::meshes::Pose;
 use super::textures::Textures;
-use super::{Found, GltfChoices, Reporter, broken, cameras, choose, materials, meshes, skins};
+use super::{Found, GltfChoices, Reporter, broken, cameras, choose, materials, meshes, skins, too_much};
 use crate::diagnostics::Code;
 use crate::keys::Keys;
 use crate::limits::{Budget, Exceeded};
@@ -138,9 +138,8 @@ fn walk(document: &Document, roots: &[usize], deepest: u64) -> Found<(Vec<usize>
         while let Some((node, depth)) = open.pop() {
             if depth > deepest {
                 let exceeded = Exceeded { name: "hierarchy", bound: deepest };
-                let mut problem = broken(format!("nodes[{node}]"), format!("too many parents of parents: {exceeded}"));
-                problem.code = Code::Limit;
-                return Err(problem.into());
+                let message = format!("too many parents of parents: {exceeded}");
+                return Err(too_much(format!("nodes[{node}]"), message).into());
             }
             order.push(node);
             let children = nodes[node].children.as_deref().unwrap_or_default();
@@ -392,11 +391,7 @@ impl Spawner<'_, '_> {
 
     fn push(&mut self, key: u64, name: Option<&str>, parent: Option<u32>, place: Affine3A) -> Found<u32> {
         let taken = self.budget.take(1);
-        taken.map_err(|over| {
-            let mut problem = broken("nodes", format!("the scene has too many entities: {over}"));
-            problem.code = Code::Limit;
-            problem
-        })?;
+        taken.map_err(|over| too_much("nodes", format!("the scene has too many entities: {over}")))?;
         let row = Row { name: name.map(Arc::from), parent, transform: Some(place), ..Row::at(key, self.span) };
         self.rows.push(row);
         Ok(self.rows.len() as u32 - 1)

@@ -14,18 +14,11 @@ use serde::Deserialize;
 
 use super::super::document::Document;
 use super::super::textures::Textures;
-use super::super::{Found, Reporter, broken};
+use super::super::{Found, Reporter, broken, too_much};
 use super::others;
-use crate::diagnostics::{Code, Diagnostic, Severity};
 use crate::session::Session;
 
 const NAME: &str = "EXT_lights_image_based";
-
-#[derive(Deserialize)]
-struct Lights {
-    #[serde(default)]
-    lights: Vec<ImageBased>,
-}
 
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
@@ -35,11 +28,6 @@ struct ImageBased {
     #[serde(default = "one")]
     intensity: f32,
     specular_images: Vec<[usize; 6]>,
-}
-
-#[derive(Deserialize)]
-struct OfScene {
-    light: usize,
 }
 
 fn upright() -> [f32; 4] {
@@ -60,14 +48,8 @@ pub(in crate::gltf) fn of_scene(
     scene: usize,
 ) -> Found<Option<Arc<EnvironmentMap>>> {
     let root = &document.root;
-    let path = format!("scenes[{scene}]");
-    let Some(OfScene { light }) = super::read(others!(root.scenes[scene]), NAME, &path)? else { return Ok(None) };
-    let lights = super::read::<Lights>(others!(root), NAME, "")?.map_or(Vec::new(), |lights| lights.lights);
-    let Some(found) = lights.get(light) else {
-        let message = format!("there is no light {light}: the file has {}", lights.len());
-        return Err(broken(format!("{path}.extensions.{NAME}.light"), message).into());
-    };
-    let path = format!("extensions.{NAME}.lights[{light}]");
+    let found = super::light(root, others!(root.scenes[scene]), NAME, &format!("scenes[{scene}]"))?;
+    let Some((found, path)): Option<(ImageBased, String)> = found else { return Ok(None) };
     if !(found.intensity >= 0.0 && found.intensity.is_finite()) {
         let problem = broken(format!("{path}.intensity"), format!("the intensity is {}", found.intensity));
         return Err(problem.expected("a number of 0 or more").into());
@@ -76,12 +58,10 @@ pub(in crate::gltf) fn of_scene(
     if !(rotation.length_squared() > 1e-6 && rotation.is_finite()) {
         return Err(broken(format!("{path}.rotation"), "no rotation").expected("a unit quaternion").into());
     }
-    let Some(faces) = faces((session, reporter), document, found, &path)? else { return Ok(None) };
+    let Some(faces) = faces((session, reporter), document, &found, &path)? else { return Ok(None) };
     let (columns, rows) = size(faces[0].width);
-    session.budgets.pixels.take(u64::from(columns) * u64::from(rows)).map_err(|over| {
-        let message = format!("the light's picture is too large: {over}");
-        Box::new(Diagnostic::about_path(Severity::Error, Code::Limit, path.as_str(), message))
-    })?;
+    let taken = session.budgets.pixels.take(u64::from(columns) * u64::from(rows));
+    taken.map_err(|over| too_much(path.as_str(), format!("the light's picture is too large: {over}")))?;
     let picture = resampled(&faces, rotation.normalize(), found.intensity);
     match EnvironmentMap::new(Arc::new(picture), MapRows::Centers, 0.0) {
         Ok(map) => Ok(Some(Arc::new(map))),

@@ -8,14 +8,6 @@ use serde::Deserialize;
 
 use super::super::{Found, broken};
 
-const NAME: &str = "KHR_lights_punctual";
-
-#[derive(Deserialize)]
-struct Lights {
-    #[serde(default)]
-    lights: Vec<Punctual>,
-}
-
 #[derive(Deserialize)]
 struct Punctual {
     #[serde(default = "white")]
@@ -45,11 +37,6 @@ struct Spot {
     outer_cone_angle: f32,
 }
 
-#[derive(Deserialize)]
-struct OfNode {
-    light: usize,
-}
-
 fn white() -> [f32; 3] {
     [1.0; 3]
 }
@@ -64,13 +51,8 @@ fn quarter() -> f32 {
 
 /// The light at a node, if there is one.
 pub(in crate::gltf) fn of_node(root: &Root, node: &Node, path: &str) -> Found<Option<Light>> {
-    let Some(OfNode { light }) = super::read(super::others!(node), NAME, path)? else { return Ok(None) };
-    let lights = super::read::<Lights>(super::others!(root), NAME, "")?.map_or(Vec::new(), |lights| lights.lights);
-    let Some(found) = lights.get(light) else {
-        let message = format!("there is no light {light}: the file has {}", lights.len());
-        return Err(broken(format!("{path}.extensions.{NAME}.light"), message).into());
-    };
-    let path = format!("extensions.{NAME}.lights[{light}]");
+    let found: Option<(Punctual, String)> = super::light(root, super::others!(node), "KHR_lights_punctual", path)?;
+    let Some((found, path)) = found else { return Ok(None) };
     let strength = Vec3::from_array(found.color) * found.intensity;
     if !(strength.is_finite() && strength.min_element() >= 0.0) {
         return Err(broken(path, "the light's color and intensity are not finite and 0 or more").into());

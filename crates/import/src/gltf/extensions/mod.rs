@@ -24,11 +24,20 @@ pub(super) mod khr_node_visibility;
 pub(super) mod meshopt;
 
 use gltf::json::{Root, Value};
+use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use serde_json::Map;
 
-use super::{Found, Reporter, typed};
+use super::{Found, Reporter, broken, typed};
 use crate::diagnostics::{Code, Diagnostic, Severity};
+
+/// The extensions of an object of the `gltf` crate as plain values.
+macro_rules! others {
+    ($object:expr) => {
+        $object.extensions.as_ref().map(|extensions| &extensions.others)
+    };
+}
+pub(super) use others;
 
 /// The extensions that are read, and what is done with each.
 const READ: &[(&str, &str)] = &[
@@ -111,15 +120,35 @@ pub(super) fn read<T: DeserializeOwned>(
     value.map(|value| typed(value, &path_of(path, name))).transpose()
 }
 
+/// The light that an extension gives an object, and its place, out of the list that it keeps at the root.
+pub(super) fn light<T: DeserializeOwned>(
+    root: &Root,
+    others: Option<&Map<String, Value>>,
+    name: &str,
+    path: &str,
+) -> Found<Option<(T, String)>> {
+    #[derive(Deserialize)]
+    struct OfObject {
+        light: usize,
+    }
+    #[derive(Deserialize)]
+    struct Lights<T> {
+        #[serde(default = "Vec::new")]
+        lights: Vec<T>,
+    }
+    let Some(OfObject { light }) = read(others, name, path)? else { return Ok(None) };
+    let lights = read(others!(root), name, "")?.map_or_else(Vec::new, |Lights { lights }| lights);
+    let count = lights.len();
+    match lights.into_iter().nth(light) {
+        Some(found) => Ok(Some((found, format!("extensions.{name}.lights[{light}]")))),
+        None => {
+            let message = format!("there is no light {light}: the file has {count}");
+            Err(broken(format!("{}.light", path_of(path, name)), message).into())
+        }
+    }
+}
+
 /// Where the extension of an object stands.
 pub(super) fn path_of(object: &str, name: &str) -> String {
     if object.is_empty() { format!("extensions.{name}") } else { format!("{object}.extensions.{name}") }
 }
-
-/// The extensions of an object of the `gltf` crate as plain values.
-macro_rules! others {
-    ($object:expr) => {
-        $object.extensions.as_ref().map(|extensions| &extensions.others)
-    };
-}
-pub(super) use others;
