@@ -8,10 +8,11 @@
 //! | a vertex that joints move with weights whose sum is not 1 | the weights are scaled; without any, it stays |
 //! | a morphed mesh whose targets have no normals | the normals of the base |
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use brewster_world::components::parts::TriangleMesh;
-use glam::{Affine3A, Mat3A, Vec2, Vec3, Vec3A, Vec4};
+use glam::{Affine3A, Mat3A, Vec3, Vec3A, Vec4};
 use gltf::json::accessor::Type;
 use gltf::json::mesh::{Mode, MorphTarget, Primitive, Semantic};
 use gltf::json::validation::Checked;
@@ -20,9 +21,8 @@ use gltf::json::{Accessor, Index};
 use super::accessors::Gathered;
 use super::document::Document;
 use super::extensions::khr_draco_mesh_compression as draco;
-use super::{Found, Reporter, broken, tangents};
-use crate::diagnostics::{Code, Diagnostic, Severity};
-use crate::limits::Exceeded;
+use super::{Found, Reporter, broken, tangents, too_much};
+use crate::diagnostics::Code;
 use crate::session::Budgets;
 
 /// How a mesh is bent.
@@ -59,27 +59,25 @@ pub(super) fn read(
         return Ok(None);
     }
     let source = Source::open(document, budgets, primitive, path)?;
-    let Some(positions) = source.floats::<3>(Semantic::Positions)? else {
+    let positions: Vec<Vec3> = source.rows(Semantic::Positions)?;
+    if positions.is_empty() {
         reporter.warn(Code::Gltf, format!("{path}.attributes"), "a primitive without `POSITION` is left out");
         return Ok(None);
-    };
-    let count = positions.len();
-    let triangles = source.triangles(mode, count)?;
+    }
+    let triangles = source.triangles(mode, positions.len())?;
     if triangles.is_empty() {
         reporter.warn(Code::Gltf, path, "a primitive without a triangle is left out");
         return Ok(None);
     }
     let taken = budgets.triangles.take(triangles.len() as u64);
-    taken.map_err(|over| too_many(path, "triangles", over))?;
-    let pairs = |rows: Option<Vec<[f32; 2]>>| rows.unwrap_or_default().into_iter().map(Vec2::from_array).collect();
-    let vectors = |rows: Option<Vec<[f32; 3]>>| rows.unwrap_or_default().into_iter().map(Vec3::from_array).collect();
+    taken.map_err(|over| too_much(path, format!("the meshes have too many triangles: {over}")))?;
     let mut mesh = TriangleMesh {
-        positions: vectors(Some(positions)),
-        normals: vectors(source.floats(Semantic::Normals)?),
-        uvs: pairs(source.floats(Semantic::TexCoords(0))?),
-        second_uvs: pairs(source.floats(Semantic::TexCoords(1))?),
+        positions,
+        normals: source.rows(Semantic::Normals)?,
+        uvs: source.rows(Semantic::TexCoords(0))?,
+        second_uvs: source.rows(Semantic::TexCoords(1))?,
         colors: source.colors()?,
-        tangents: source.floats(Semantic::Tangents)?.unwrap_or_default().into_iter().map(Vec4::from_array).collect(),
+        tangents: source.rows(Semantic::Tangents)?,
         triangles,
     };
     if !pose.weights.is_empty() {
@@ -97,10 +95,6 @@ pub(super) fn read(
         Ok(()) => Ok(Some(mesh)),
         Err(error) => Err(broken(path, error.to_string()).into()),
     }
-}
-
-fn too_many(path: &str, what: &str, over: Exceeded) -> Diagnostic {
-    Diagnostic::about_path(Severity::Error, Code::Limit, path, format!("the meshes have too many {what}: {over}"))
 }
 
 /// Where a primitive's numbers come from: accessors, or a compressed stream.
@@ -122,7 +116,8 @@ impl<'d> Source<'d> {
     ) -> Found<Source<'d>> {
         if let Some(index) = primitive.attributes.get(&Checked::Valid(Semantic::Positions)) {
             let stated = document.root.accessors[index.value()].count.0;
-            budgets.vertices.take(stated).map_err(|over| too_many(path, "vertices", over))?;
+            let taken = budgets.vertices.take(stated);
+            taken.map_err(|over| too_much(path, format!("the meshes have too many vertices: {over}")))?;
         }
         let decoded = draco::decode(document, primitive, path)?;
         let mut source = Source { document, primitive, path, decoded, vertices: None };
@@ -149,9 +144,11 @@ impl<'d> Source<'d> {
         }
     }
 
-    fn floats<const N: usize>(&self, semantic: Semantic) -> Found<Option<Vec<[f32; N]>>> {
-        let path = || format!("{}.attributes.{}", self.path, semantic.to_string());
-        self.gather(&semantic)?.map(|gathered| gathered.floats(&path())).transpose()
+    /// Rows of `N` numbers; none where the attribute is absent.
+    fn rows<const N: usize, V: From<[f32; N]>>(&self, semantic: Semantic) -> Found<Vec<V>> {
+        let Some(gathered) = self.gather(&semantic)? else { return Ok(Vec::new()) };
+        let rows = gathered.floats(&format!("{}.attributes.{}", self.path, semantic.to_string()))?;
+        Ok(rows.into_iter().map(V::from).collect())
     }
 
     /// The first colors, of three numbers or four.
@@ -167,17 +164,18 @@ impl<'d> Source<'d> {
 
     /// The corners of the triangles: of strips and fans in the order that makes all of them face the same way.
     fn triangles(&self, mode: Mode, vertices: usize) -> Found<Vec<[u32; 3]>> {
-        if let Some(decoded) = &self.decoded {
-            let triangles = decoded.indices.as_chunks().0.to_vec();
-            return check_corners(triangles, vertices, &format!("{}.indices", self.path));
-        }
         let path = format!("{}.indices", self.path);
-        let indices: Vec<u32> = match self.primitive.indices {
-            Some(index) => self.document.gather(index, &path)?.integers::<1>(&path)?.into_iter().flatten().collect(),
-            None => (0..vertices as u32).collect(),
+        let (mode, indices) = match (&self.decoded, self.primitive.indices) {
+            // A stream holds triangles, whatever they were before.
+            (Some(decoded), _) => (Mode::Triangles, Cow::Borrowed(&decoded.indices[..])),
+            (None, Some(index)) => {
+                let rows = self.document.gather(index, &path)?.integers::<1>(&path)?;
+                (mode, Cow::Owned(rows.into_flattened()))
+            }
+            (None, None) => (mode, (0..vertices as u32).collect()),
         };
         let of_three = |at: usize| [indices[at], indices[at + 1], indices[at + 2]];
-        let triangles = match mode {
+        let triangles: Vec<[u32; 3]> = match mode {
             Mode::TriangleStrip => (2..indices.len())
                 .map(|last| {
                     let [a, b, c] = of_three(last - 2);
@@ -189,16 +187,12 @@ impl<'d> Source<'d> {
             }
             _ => indices.as_chunks().0.to_vec(),
         };
-        check_corners(triangles, vertices, &path)
-    }
-}
-
-fn check_corners(triangles: Vec<[u32; 3]>, vertices: usize, path: &str) -> Found<Vec<[u32; 3]>> {
-    match triangles.as_flattened().iter().find(|&&corner| corner as usize >= vertices) {
-        None => Ok(triangles),
-        Some(corner) => {
-            let problem = broken(path, format!("there is no vertex {corner}"));
-            Err(problem.expected(format!("0 to {}", vertices.saturating_sub(1))).into())
+        match triangles.as_flattened().iter().find(|&&corner| corner as usize >= vertices) {
+            None => Ok(triangles),
+            Some(corner) => {
+                let problem = broken(path, format!("there is no vertex {corner}"));
+                Err(problem.expected(format!("0 to {}", vertices.saturating_sub(1))).into())
+            }
         }
     }
 }
@@ -246,8 +240,10 @@ fn bend(mesh: &mut TriangleMesh, source: &Source, path: &str, joints: &[Affine3A
             let message = format!("there is no joint {joint}: the skin has {}", joints.len());
             return Err(broken(here, message).into());
         }
-        let weights = source.floats::<4>(Semantic::Weights(set as u32))?;
-        let weights = weights.ok_or_else(|| broken(here, format!("`WEIGHTS_{set}` is absent")))?;
+        let weights = source.rows::<4, [f32; 4]>(Semantic::Weights(set as u32))?;
+        if weights.is_empty() {
+            return Err(broken(here, format!("`WEIGHTS_{set}` is absent")).into());
+        }
         joints_of.push(rows);
         weights_of.push(weights);
     }
