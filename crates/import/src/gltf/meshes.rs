@@ -6,7 +6,7 @@
 //! | a primitive without normals | flat, by the triangles' own normals |
 //! | a normal of no length | that of a triangle that the vertex belongs to |
 //! | a vertex that joints move with weights whose sum is not 1 | the weights are scaled; without any, it stays |
-//! | a morphed mesh whose targets have no normals | the normals of the base |
+//! | a morphed mesh whose targets have no normals or tangents | those of the base |
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -71,13 +71,16 @@ pub(super) fn read(
     }
     let taken = budgets.triangles.take(triangles.len() as u64);
     taken.map_err(|over| too_much(path, format!("the meshes have too many triangles: {over}")))?;
+    let normals: Vec<Vec3> = source.rows(Semantic::Normals)?;
+    // Tangents do not count without normals: glTF 2.0, 3.7.2.1.
+    let tangents = if normals.is_empty() { Vec::new() } else { source.rows(Semantic::Tangents)? };
     let mut mesh = TriangleMesh {
         positions,
-        normals: source.rows(Semantic::Normals)?,
+        normals,
         uvs: source.rows(Semantic::TexCoords(0))?,
         second_uvs: source.rows(Semantic::TexCoords(1))?,
         colors: source.colors()?,
-        tangents: source.rows(Semantic::Tangents)?,
+        tangents,
         triangles,
     };
     if !pose.weights.is_empty() {
@@ -206,24 +209,31 @@ fn morph(
     weights: &[f32],
 ) -> Found<()> {
     let targets: &[MorphTarget] = primitive.targets.as_deref().unwrap_or_default();
+    let vertices = mesh.positions.len();
     for (index, (target, &weight)) in targets.iter().zip(weights).enumerate() {
         if weight == 0.0 {
             continue;
         }
-        let add = |to: &mut [Vec3], accessor: Option<Index<Accessor>>, name: &str| -> Found<()> {
-            let Some(accessor) = accessor.filter(|_| !to.is_empty()) else { return Ok(()) };
+        let rows = |accessor: Option<Index<Accessor>>, name: &str| -> Found<Vec<Vec3>> {
+            let Some(accessor) = accessor else { return Ok(Vec::new()) };
             let path = format!("{path}.targets[{index}].{name}");
             let rows = document.gather(accessor, &path)?.floats::<3>(&path)?;
-            if rows.len() != to.len() {
-                return Err(broken(path, format!("there are {} rows for {} vertices", rows.len(), to.len())).into());
+            if rows.len() != vertices {
+                return Err(broken(path, format!("there are {} rows for {vertices} vertices", rows.len())).into());
             }
-            for (to, row) in to.iter_mut().zip(rows) {
-                *to += weight * Vec3::from_array(row);
-            }
-            Ok(())
+            Ok(rows.into_iter().map(Vec3::from_array).collect())
         };
-        add(&mut mesh.positions, target.positions, "POSITION")?;
-        add(&mut mesh.normals, target.normals, "NORMAL")?;
+        for (to, row) in mesh.positions.iter_mut().zip(rows(target.positions, "POSITION")?) {
+            *to += weight * row;
+        }
+        let normals = target.normals.filter(|_| !mesh.normals.is_empty());
+        for (to, row) in mesh.normals.iter_mut().zip(rows(normals, "NORMAL")?) {
+            *to += weight * row;
+        }
+        let tangents = target.tangents.filter(|_| !mesh.tangents.is_empty());
+        for (to, row) in mesh.tangents.iter_mut().zip(rows(tangents, "TANGENT")?) {
+            *to += (weight * row).extend(0.0);
+        }
     }
     Ok(())
 }
@@ -301,5 +311,47 @@ fn mend_normals(mesh: &mut TriangleMesh) {
     for row in wrong {
         let normal = of_triangles.get(&(row as u32)).copied().unwrap_or_default();
         mesh.normals[row] = normal.try_normalize().unwrap_or(Vec3::Y);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gltf::testing::{Builder, load_mesh};
+
+    /// A triangle with some attributes beside its positions, and more members of its primitive and mesh.
+    fn triangle(builder: &mut Builder, attributes: &str, primitive: &str, mesh: &str) -> TriangleMesh {
+        let positions = builder.floats(&[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0], "VEC3");
+        builder.rest = format!(
+            r#","nodes":[{{"mesh":0}}],"meshes":[{{"primitives":[{{"attributes":{{"POSITION":{positions}{attributes}}}{primitive}}}]{mesh}}}]"#
+        );
+        TriangleMesh::clone(&load_mesh(builder).0)
+    }
+
+    /// glTF 2.0, 3.7.2.2: targets displace positions, normals and tangents, these without their handedness.
+    #[test]
+    fn morph_targets_displace_all_that_they_name() {
+        let mut builder = Builder::default();
+        let normals = builder.floats(&[0.0, 0.0, 1.0].repeat(3), "VEC3");
+        let tangents = builder.floats(&[1.0, 0.0, 0.0, -1.0].repeat(3), "VEC4");
+        let moved = builder.floats(&[0.0, 2.0, 4.0].repeat(3), "VEC3");
+        let found = triangle(
+            &mut builder,
+            &format!(r#","NORMAL":{normals},"TANGENT":{tangents}"#),
+            &format!(r#","targets":[{{"POSITION":{moved},"NORMAL":{moved},"TANGENT":{moved}}}]"#),
+            r#","weights":[0.5]"#,
+        );
+        assert_eq!(found.positions, [Vec3::new(0.0, 1.0, 2.0), Vec3::new(1.0, 1.0, 2.0), Vec3::new(0.0, 2.0, 2.0)]);
+        assert_eq!(found.normals, [Vec3::new(0.0, 1.0, 3.0); 3]);
+        assert_eq!(found.tangents, [Vec4::new(1.0, 1.0, 2.0, -1.0); 3]);
+    }
+
+    /// glTF 2.0, 3.7.2.1: without normals, provided tangents must be ignored.
+    #[test]
+    fn tangents_without_normals_do_not_count() {
+        let mut builder = Builder::default();
+        let tangents = builder.floats(&[1.0, 0.0, 0.0, 1.0].repeat(3), "VEC4");
+        let found = triangle(&mut builder, &format!(r#","TANGENT":{tangents}"#), "", "");
+        assert!(found.normals.is_empty() && found.tangents.is_empty(), "{found:?}");
     }
 }

@@ -149,15 +149,11 @@ fn look(faces: &[Arc<Image>; 6], direction: Vec3) -> Vec3 {
 
 #[cfg(test)]
 mod tests {
-    use std::path::Path;
-
     use brewster_world::components::parts::Background;
 
-    use super::super::super::{load_bytes, testing::Builder};
+    use super::super::super::testing::{Builder, load};
     use super::*;
-    use crate::LoadOptions;
     use crate::limits::Limits;
-    use crate::session::Assets;
 
     /// What a file comes to whose faces have these sizes, red, and one pixel of their own: its sky, or its first error.
     fn loaded(sizes: [[u32; 2]; 6], light: &str) -> Result<Background, String> {
@@ -174,12 +170,8 @@ mod tests {
                 "scene":0,"scenes":[{{"nodes":[],"extensions":{{"{NAME}":{{"light":0}}}}}}]"#,
             images.join(",")
         );
-        let mut assets = Assets::default();
         let limits = Limits { image_pixels: 1 << 20, ..Limits::DEFAULT };
-        let mut session = Session::new(Path::new("test.gltf"), &[], limits, &mut assets);
-        let options = LoadOptions::default();
-        let scene = load_bytes(&mut session, Path::new("test.gltf"), builder.text().as_bytes(), &options);
-        scene.map(|scene| scene.background.0).ok_or_else(|| format!("{:?}", session.found.finish()))
+        load(&builder, limits).map(|scene| scene.background.0)
     }
 
     #[test]
