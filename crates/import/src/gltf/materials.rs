@@ -15,7 +15,7 @@ use serde::de::DeserializeOwned;
 use serde_json::Map;
 
 use super::document::Document;
-use super::extensions::{self, others};
+use super::extensions;
 use super::meshes::Tangents;
 use super::textures::{Info, Textures};
 use super::{Found, Reporter, broken, typed};
@@ -96,7 +96,7 @@ pub(super) fn material(
     extensions::khr_materials_unlit::apply(r, p)?;
     let (alpha, texture) = match converted {
         Some(converted) => converted,
-        None => reader.alpha()?,
+        None => reader.alpha(&own.within("pbrMetallicRoughness"), "baseColorFactor", "baseColorTexture")?,
     };
     let mut alpha = Scalar { factor: alpha, texture: texture.map(|texture| (texture, Channel::A)) };
     if is_tinted {
@@ -121,23 +121,19 @@ pub(super) fn material(
 
 /// What the material of a row needs of the meshes that wear it.
 pub(super) fn tangents(document: &Document, index: Option<usize>) -> Tangents {
-    let Some(material) = index.map(|index| &document.root.materials[index]) else { return Tangents::AsTheyAre };
-    let moved = |others: Option<&Map<String, Value>>| {
-        others?.get("KHR_texture_transform")?.get("texCoord")?.as_u64().map(|set| set as u32)
+    let material = index.and_then(|index| document.value.get("materials")?.get(index));
+    let within = |pointer: &str| material?.pointer(pointer);
+    let set = |pointer: &str| {
+        let map = within(pointer)?;
+        let set = map.pointer("/extensions/KHR_texture_transform/texCoord").or_else(|| map.get("texCoord"));
+        Some(set.and_then(Value::as_u64).unwrap_or(0) as u32)
     };
-    if let Some(map) = &material.normal_texture {
-        return Tangents::Along(moved(others!(map)).unwrap_or(map.tex_coord));
-    }
-    let of = |name: &str, field: &str| {
-        let found = others!(material)?.get(name)?.get(field)?;
-        found.get("texCoord").map_or(Some(0), Value::as_u64).map(|set| set as u32)
-    };
-    let set = of("KHR_materials_anisotropy", "anisotropyTexture");
-    let turned = others!(material).is_some_and(|others| others.contains_key("KHR_materials_anisotropy")).then_some(0);
-    match set.or(turned).or_else(|| of("KHR_materials_clearcoat", "clearcoatNormalTexture")) {
-        Some(set) => Tangents::Along(set),
-        None => Tangents::AsTheyAre,
-    }
+    // What is anisotropic has a direction, textured or not.
+    let found = set("/normalTexture")
+        .or_else(|| set("/extensions/KHR_materials_anisotropy/anisotropyTexture"))
+        .or_else(|| within("/extensions/KHR_materials_anisotropy").and(Some(0)))
+        .or_else(|| set("/extensions/KHR_materials_clearcoat/clearcoatNormalTexture"));
+    found.map_or(Tangents::AsTheyAre, Tangents::Along)
 }
 
 impl<'r> Reader<'r, '_> {
@@ -155,14 +151,13 @@ impl<'r> Reader<'r, '_> {
         })
     }
 
-    /// How much of the surface is there, and the texture whose alpha is a factor of that.
-    fn alpha(&mut self) -> Found<(f32, Option<Texture>)> {
-        let pbr = self.own.within("pbrMetallicRoughness");
+    /// How much of the surface is there, and the texture whose alpha is a factor of that: the names of a color's factor and texture.
+    pub(super) fn alpha(&mut self, of: &Fields, factor: &str, texture: &str) -> Found<(f32, Option<Texture>)> {
         let texture = match self.material.alpha_mode.unwrap() {
             AlphaMode::Opaque => None,
-            _ => self.texture(&pbr, "baseColorTexture", Encoding::Srgb)?,
+            _ => self.texture(of, texture, Encoding::Srgb)?,
         };
-        let [.., alpha] = pbr.get("baseColorFactor", [1.0; 4])?;
+        let [.., alpha] = of.get(factor, [1.0; 4])?;
         Ok((unit(alpha), texture))
     }
 
@@ -239,5 +234,39 @@ fn tint(color: &mut Color) {
             image.vertex_colors = true;
         }
         Color::Texture(_) | Color::Tinted { .. } => {}
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gltf::testing::{Builder, document};
+
+    #[test]
+    fn tangents_run_along_the_coordinates_that_a_material_looks_up_by() {
+        let moved = r#"{"index":0,"texCoord":0,"extensions":{"KHR_texture_transform":{"texCoord":1}}}"#;
+        let anisotropy = |map: &str| format!(r#""extensions":{{"KHR_materials_anisotropy":{{{map}}}}}"#);
+        let clearcoat = |map: &str| format!(r#""extensions":{{"KHR_materials_clearcoat":{{{map}}}}}"#);
+        for (material, expected) in [
+            (String::new(), Tangents::AsTheyAre),
+            (r#""normalTexture":{"index":0}"#.into(), Tangents::Along(0)),
+            (r#""normalTexture":{"index":0,"texCoord":1}"#.into(), Tangents::Along(1)),
+            (format!(r#""normalTexture":{moved}"#), Tangents::Along(1)),
+            (anisotropy(""), Tangents::Along(0)),
+            (anisotropy(r#""anisotropyTexture":{"index":0,"texCoord":1}"#), Tangents::Along(1)),
+            (anisotropy(&format!(r#""anisotropyTexture":{moved}"#)), Tangents::Along(1)),
+            (
+                format!(r#""normalTexture":{{"index":0}},{}"#, anisotropy(&format!(r#""anisotropyTexture":{moved}"#))),
+                Tangents::Along(0),
+            ),
+            (clearcoat(""), Tangents::AsTheyAre),
+            (clearcoat(r#""clearcoatNormalTexture":{"index":0}"#), Tangents::Along(0)),
+            (clearcoat(&format!(r#""clearcoatNormalTexture":{moved}"#)), Tangents::Along(1)),
+        ] {
+            let mut builder = Builder::default();
+            builder.rest =
+                format!(r#","images":[{{"uri":"a.png"}}],"textures":[{{"source":0}}],"materials":[{{{material}}}]"#);
+            assert_eq!(tangents(&document(&builder), Some(0)), expected, "{material}");
+        }
     }
 }

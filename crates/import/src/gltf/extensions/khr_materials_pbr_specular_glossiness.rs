@@ -12,7 +12,7 @@ use super::super::materials::{Reader, unit};
 /// Writes what the extension says into a material; the alpha of its diffuse color, and where more of it comes from.
 pub(in crate::gltf) fn apply(reader: &mut Reader, material: &mut Principled) -> Found<Option<(f32, Option<Texture>)>> {
     let Some(found) = reader.extension("KHR_materials_pbrSpecularGlossiness")? else { return Ok(None) };
-    let [r, g, b, alpha] = found.get("diffuseFactor", [1.0; 4])?.map(unit);
+    let [r, g, b, _] = found.get("diffuseFactor", [1.0; 4])?.map(unit);
     material.base_color = reader.color(&found, [r, g, b], "diffuseTexture")?;
     material.metallic = Scalar::constant(0.0);
     material.ior = 0.0;
@@ -30,7 +30,7 @@ pub(in crate::gltf) fn apply(reader: &mut Reader, material: &mut Principled) -> 
         }
         _ => Scalar::constant(1.0 - glossiness),
     };
-    Ok(Some((alpha, material.base_color.texture().cloned())))
+    reader.alpha(&found, "diffuseFactor", "diffuseTexture").map(Some)
 }
 
 /// A picture whose alpha is 1 - factor * alpha.
@@ -49,4 +49,31 @@ fn roughness(image: &Image, factor: f32) -> Image {
         }
     };
     Image { texels, ..*image }
+}
+
+#[cfg(test)]
+mod tests {
+    use brewster_world::components::Opacity;
+
+    use super::*;
+    use crate::gltf::testing::{Builder, load_mesh};
+
+    #[test]
+    fn what_is_black_has_the_alpha_of_its_texture() {
+        let mut builder = Builder::default();
+        let mut bytes = Vec::new();
+        let picture = ::image::RgbaImage::from_pixel(1, 1, ::image::Rgba([255, 255, 255, 0]));
+        picture.write_to(&mut std::io::Cursor::new(&mut bytes), ::image::ImageFormat::Png).expect("a picture");
+        let view = builder.view(&bytes, None);
+        let positions = builder.floats(&[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0], "VEC3");
+        builder.rest = format!(
+            r#","images":[{{"bufferView":{view},"mimeType":"image/png"}}],"textures":[{{"source":0}}],"nodes":[{{"mesh":0}}],
+            "meshes":[{{"primitives":[{{"attributes":{{"POSITION":{positions}}},"material":0}}]}}],
+            "materials":[{{"alphaMode":"MASK","extensions":{{"KHR_materials_pbrSpecularGlossiness":
+            {{"diffuseFactor":[0,0,0,0.75],"diffuseTexture":{{"index":0}}}}}}}}]"#
+        );
+        let Opacity::Mask { alpha, cutoff } = load_mesh(&builder).1.opacity else { panic!("a mask") };
+        assert_eq!((alpha.factor, cutoff), (0.75, 0.5));
+        assert!(matches!(alpha.texture, Some((Texture::Image(_), Channel::A))), "{:?}", alpha.texture);
+    }
 }
