@@ -246,6 +246,14 @@ fn slerp(a: &[f32], b: &[f32], t: f32) -> Vec<f32> {
     mixed.to_array().to_vec()
 }
 
+/// The weights of a node's or a mesh's morph targets where it has none of its own: the mesh's, otherwise zeros.
+fn weights_of(root: &Value, owner: &str) -> Option<Value> {
+    let owner = root.pointer(owner)?;
+    let mesh = owner.get("mesh").map_or(Some(owner), |mesh| root.pointer(&format!("/meshes/{mesh}")))?;
+    let targets = || mesh.pointer("/primitives/0/targets")?.as_array();
+    mesh.get("weights").cloned().or_else(|| Some(vec![0.0; targets()?.len()].into()))
+}
+
 /// Writes numbers where a JSON pointer leads: a number, a yes or no, or a list. A member that is not there is made.
 fn write(root: &mut Value, pointer: &str, numbers: &[f32]) -> bool {
     let Some((parent, name)) = pointer.rsplit_once('/') else { return false };
@@ -256,6 +264,14 @@ fn write(root: &mut Value, pointer: &str, numbers: &[f32]) -> bool {
         [one] if name != "weights" => number(*one),
         many => many.iter().copied().map(number).collect(),
     };
+    if let Some(owner) = parent.strip_suffix("/weights")
+        && root.pointer(parent).is_none()
+    {
+        let Some(weights) = weights_of(root, owner) else { return false };
+        if let Some(Value::Object(owner)) = root.pointer_mut(owner) {
+            owner.insert("weights".into(), weights);
+        }
+    }
     // What has its defaults may be absent, with the objects that it stands in.
     let Some(parent) = make_way(root, parent) else { return false };
     match parent {
@@ -362,6 +378,37 @@ mod tests {
         let unknown = GltfChoices { animation: Some("goo".into()), ..choices };
         let error = pose(&mut document, &mut reporter, &unknown).expect_err("no such animation");
         assert_eq!(error.help.as_deref(), Some("did you mean \"go\"?"));
+    }
+
+    /// The asset object model: lists of weights are as long as there are targets, whether they are written or not.
+    #[test]
+    fn single_weights_are_set_where_none_are_written() {
+        let mut builder = Builder::default();
+        let times = builder.floats(&[0.0, 1.0], "SCALAR");
+        let values = builder.floats(&[0.0, 1.0], "SCALAR");
+        let positions = builder.floats(&[0.0; 9], "VEC3");
+        let primitive = format!(
+            r#"{{"attributes":{{"POSITION":{positions}}},"targets":[{{"POSITION":{positions}}},{{"POSITION":{positions}}}]}}"#
+        );
+        for (weights, pointer, of_node, of_mesh) in [
+            ("", "/nodes/0/weights/1", Some(vec![0.0, 0.25]), None),
+            (r#","weights":[0.5,0.75]"#, "/nodes/0/weights/1", Some(vec![0.5, 0.25]), Some(vec![0.5, 0.75])),
+            ("", "/meshes/0/weights/0", None, Some(vec![0.25, 0.0])),
+            ("", "/meshes/0/weights/2", None, Some(vec![0.0, 0.0])),
+            ("", "/nodes/1/weights/0", None, None),
+        ] {
+            builder.rest = format!(
+                r#","nodes":[{{"mesh":0}},{{}}],"meshes":[{{"primitives":[{primitive}]{weights}}}],"animations":[{{
+                "samplers":[{{"input":{times},"output":{values}}}],"channels":[{{"sampler":0,"target":{{"path":"pointer",
+                "extensions":{{"KHR_animation_pointer":{{"pointer":"{pointer}"}}}}}}}}]}}]"#
+            );
+            let mut document = open(&builder).expect("it is whole");
+            let mut reporter = Reporter { file: String::new(), said: Vec::new() };
+            let choices = GltfChoices { time: Some(0.25), ..GltfChoices::default() };
+            pose(&mut document, &mut reporter, &choices).unwrap_or_else(|error| panic!("{pointer}: {error}"));
+            let found = (&document.root.nodes[0].weights, &document.root.meshes[0].weights);
+            assert_eq!(found, (&of_node, &of_mesh), "{pointer} beside {weights:?}");
+        }
     }
 
     /// Two meters a second along x: half a second later one meter farther, in sixteen even steps.
