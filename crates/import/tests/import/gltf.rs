@@ -14,6 +14,8 @@ use brewster_world::components::parts::TriangleMesh;
 use brewster_world::components::{Camera, Motion, Projection, SceneKey, Shape, Transform};
 use glam::{Affine3A, Vec3};
 
+use super::loaded::place;
+
 fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/gltf")
 }
@@ -35,12 +37,7 @@ fn meshes(loaded: &Loaded) -> Vec<(Affine3A, Arc<TriangleMesh>)> {
     let mut query = world.query::<(Entity, &Shape, &SceneKey)>();
     for (entity, shape, key) in query.iter(&world) {
         let Shape::Mesh(mesh) = shape else { continue };
-        let (mut place, mut at) = (Affine3A::IDENTITY, Some(entity));
-        while let Some(entity) = at {
-            place = world.get::<Transform>(entity).expect("a place").0 * place;
-            at = world.get::<ChildOf>(entity).map(ChildOf::parent);
-        }
-        found.push((key.0, place, Arc::clone(mesh)));
+        found.push((key.0, place(&world, entity), Arc::clone(mesh)));
     }
     found.sort_by_key(|row| row.0);
     found.into_iter().map(|(_, place, mesh)| (place, mesh)).collect()
