@@ -122,7 +122,7 @@ pub(super) fn material(
 /// What the material of a row needs of the meshes that wear it.
 pub(super) fn tangents(document: &Document, index: Option<usize>) -> Tangents {
     let material = index.and_then(|index| document.value.get("materials")?.get(index));
-    let within = |pointer: &str| material?.pointer(pointer);
+    let within = |pointer: &str| material?.pointer(pointer).filter(|value| value.is_object());
     let set = |pointer: &str| {
         let map = within(pointer)?;
         let set = map.pointer("/extensions/KHR_texture_transform/texCoord").or_else(|| map.get("texCoord"));
