@@ -34,6 +34,13 @@ pub(super) struct Pose<'p> {
     pub joints: &'p [Affine3A],
 }
 
+impl Pose<'_> {
+    /// Whether it leaves a mesh as it is.
+    pub(super) fn is_rest(&self) -> bool {
+        self.joints.is_empty() && self.weights.iter().all(|&weight| weight == 0.0)
+    }
+}
+
 /// What a primitive's material needs of it beside its shape.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Tangents {

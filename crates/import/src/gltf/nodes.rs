@@ -317,17 +317,15 @@ impl Spawner<'_, '_> {
             None => Vec::new(),
         };
         let weights = document.root.nodes[node].weights.as_ref().or(mesh.weights.as_ref());
-        let weights = weights.map_or(&[][..], Vec::as_slice);
-        let is_bent = !joints.is_empty() || weights.iter().any(|&weight| weight != 0.0);
-        let pose = Pose { weights, joints: &joints };
-        let known = self.meshes.get(&index).filter(|_| !is_bent).cloned();
+        let pose = Pose { weights: weights.map_or(&[], Vec::as_slice), joints: &joints };
+        let known = self.meshes.get(&index).filter(|_| pose.is_rest()).cloned();
         let shapes = match known {
             Some(shapes) => shapes,
             None => {
                 let shapes: Vec<_> = (0..mesh.primitives.len())
                     .map(|primitive| self.shape((index, primitive), pose))
                     .collect::<Found<_>>()?;
-                if !is_bent {
+                if pose.is_rest() {
                     self.meshes.insert(index, shapes.clone());
                 }
                 shapes
@@ -338,10 +336,8 @@ impl Spawner<'_, '_> {
             if let Some(shape) = shape {
                 let path = format!("meshes[{index}].primitives[{at}]");
                 let material = khr_materials_variants::material(&document.root, primitive, self.variant, &path)?;
-                primitives.push((
-                    shape,
-                    self.material(material, primitive.attributes.contains_key(&Checked::Valid(Semantic::Colors(0))))?,
-                ));
+                let is_tinted = primitive.attributes.contains_key(&Checked::Valid(Semantic::Colors(0)));
+                primitives.push((shape, self.material(material, is_tinted)?));
             }
         }
         Ok(primitives)
@@ -351,9 +347,8 @@ impl Spawner<'_, '_> {
     fn shape(&mut self, (mesh, primitive): (usize, usize), pose: Pose) -> Found<Option<Arc<world::Shape>>> {
         let path = format!("meshes[{mesh}].primitives[{primitive}]");
         let of = &self.document.root.meshes[mesh].primitives[primitive];
-        let is_plain = pose.joints.is_empty() && pose.weights.iter().all(|&weight| weight == 0.0);
         let place = (self.digest, mesh, primitive);
-        let known = self.session.assets.primitives.get(&place).filter(|_| is_plain);
+        let known = self.session.assets.primitives.get(&place).filter(|_| pose.is_rest());
         if let Some(mesh) = known {
             return Ok(Some(Arc::new(world::Shape::Mesh(Arc::clone(mesh)))));
         }
@@ -362,7 +357,7 @@ impl Spawner<'_, '_> {
         let read: Option<TriangleMesh> =
             meshes::read(self.document, &mut self.session.budgets, self.reporter, of, &path, (pose, tangents))?;
         let Some(mesh) = read.map(Arc::new) else { return Ok(None) };
-        if is_plain {
+        if pose.is_rest() {
             self.session.assets.primitives.insert(place, Arc::clone(&mesh));
         }
         Ok(Some(Arc::new(world::Shape::Mesh(mesh))))
