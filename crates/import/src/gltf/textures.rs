@@ -161,30 +161,7 @@ impl Textures {
         if let Some(known) = self.images.get(&index) {
             return Ok(known.clone());
         }
-        let path = format!("images[{index}]");
-        let image = &document.root.images[index];
-        let name =
-            image.name.as_deref().or(image.uri.as_deref().filter(|uri| !uri.starts_with("data:"))).unwrap_or(&path);
-        let explain = |error: image::Unreadable| {
-            let about = Diagnostic::about_path(Severity::Error, error.code(), path.as_str(), "");
-            Box::new(error.explain(about, name))
-        };
-        let file = match self.ahead.get(&index) {
-            Some(&digest) => Ok((digest, None)),
-            None => bytes(session, document, index).map(|bytes| (hash::of(&bytes), Some(bytes))),
-        };
-        let read = file.and_then(|(digest, file)| {
-            // An edit elsewhere in the file, or another time of its animation, leaves the pixels where they are in memory.
-            if let Some(known) = session.assets.pictures.get(&digest) {
-                image::take(&mut session.budgets.pixels, known.width, known.height).map_err(explain)?;
-                return Ok(Arc::clone(known));
-            }
-            let file = file.map_or_else(|| bytes(session, document, index), Ok)?;
-            let read = image::read(&file, &mut session.budgets.pixels).map(Arc::new).map_err(explain)?;
-            session.assets.pictures.insert(digest, Arc::clone(&read));
-            Ok(read)
-        });
-        let read = match read {
+        let read = match self.read(session, document, index) {
             Ok(read) => Some(read),
             // Too much is too much; what is missing or broken can be done without.
             Err(problem) if matches!(problem.code, Code::Limit | Code::Sandbox) => return Err(problem),
@@ -194,6 +171,28 @@ impl Textures {
             }
         };
         self.images.insert(index, read.clone());
+        Ok(read)
+    }
+
+    fn read(&self, session: &mut Session, document: &Document, index: usize) -> Found<Arc<Image>> {
+        let path = format!("images[{index}]");
+        let image = &document.root.images[index];
+        let name =
+            image.name.as_deref().or(image.uri.as_deref().filter(|uri| !uri.starts_with("data:"))).unwrap_or(&path);
+        let explain = |error: image::Unreadable| {
+            let about = Diagnostic::about_path(Severity::Error, error.code(), path.as_str(), "");
+            Box::new(error.explain(about, name))
+        };
+        let file = if self.ahead.contains_key(&index) { None } else { Some(bytes(session, document, index)?) };
+        let digest = file.as_ref().map_or_else(|| self.ahead[&index], |file| hash::of(file));
+        // An edit elsewhere in the file, or another time of its animation, leaves the pixels where they are in memory.
+        if let Some(known) = session.assets.pictures.get(&digest) {
+            image::take(&mut session.budgets.pixels, known.width, known.height).map_err(explain)?;
+            return Ok(Arc::clone(known));
+        }
+        let file = file.map_or_else(|| bytes(session, document, index), Ok)?;
+        let read = image::read(&file, &mut session.budgets.pixels).map(Arc::new).map_err(explain)?;
+        session.assets.pictures.insert(digest, Arc::clone(&read));
         Ok(read)
     }
 }
