@@ -99,8 +99,7 @@ impl Document {
 impl Gathered {
     /// Rows of `N` numbers, or an error that says what would do.
     pub(super) fn floats<const N: usize>(&self, path: &str) -> Found<Vec<[f32; N]>> {
-        let found = Layout::new(self.kind, self.component);
-        if found.columns * found.rows != N {
+        if self.kind.multiplicity() != N {
             let message = format!("the accessor holds rows of the type {:?}", self.kind);
             return Err(broken(path, message).expected(format!("rows of {N} numbers")).into());
         }
@@ -110,9 +109,8 @@ impl Gathered {
 
     /// Rows of whole numbers, `N` in each.
     pub(super) fn integers<const N: usize>(&self, path: &str) -> Found<Vec<[u32; N]>> {
-        let found = Layout::new(self.kind, self.component);
         let is_whole = matches!(self.component, ComponentType::U8 | ComponentType::U16 | ComponentType::U32);
-        if found.columns * found.rows != N || !is_whole {
+        if self.kind.multiplicity() != N || !is_whole {
             let message = format!("the accessor holds rows of the type {:?} of {:?}", self.kind, self.component);
             return Err(broken(path, message).expected(format!("rows of {N} unsigned integers")).into());
         }

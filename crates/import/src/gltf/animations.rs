@@ -305,11 +305,18 @@ fn make_way<'v>(root: &'v mut Value, pointer: &str) -> Option<&'v mut Value> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::gltf::testing::{Builder, open};
+    use crate::diagnostics::Diagnostic;
+    use crate::gltf::testing::{Builder, document};
 
     fn check(found: &[f32], expected: &[f32], what: &str) {
         let close = found.len() == expected.len() && found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-5);
         assert!(close, "{what}: {found:?} for {expected:?}");
+    }
+
+    /// A file at the moment that is chosen, and what is said of it.
+    fn posed(builder: &Builder, choices: &GltfChoices) -> Found<(Document, Vec<Diagnostic>)> {
+        let (mut document, mut reporter) = (document(builder), Reporter::new(""));
+        pose(&mut document, &mut reporter, choices).map(|()| (document, reporter.said))
     }
 
     #[test]
@@ -369,14 +376,12 @@ mod tests {
             {{"sampler":1,"target":{{"path":"pointer","extensions":{{"KHR_animation_pointer":
             {{"pointer":"/materials/0/pbrMetallicRoughness/roughnessFactor"}}}}}}}}]}}]"#
         );
-        let mut document = open(&builder).expect("it is whole");
-        let mut reporter = Reporter { file: String::new(), said: Vec::new() };
         let choices = GltfChoices { time: Some(0.25), animation: Some("go".into()), ..GltfChoices::default() };
-        pose(&mut document, &mut reporter, &choices).expect("it can be animated");
+        let (document, _) = posed(&builder, &choices).expect("it can be animated");
         assert_eq!(document.root.nodes[0].translation, Some([0.5, 1.0, 1.5]));
         assert_eq!(document.root.materials[0].pbr_metallic_roughness.roughness_factor.0, 0.25);
         let unknown = GltfChoices { animation: Some("goo".into()), ..choices };
-        let error = pose(&mut document, &mut reporter, &unknown).expect_err("no such animation");
+        let error = posed(&builder, &unknown).err().expect("no such animation");
         assert_eq!(error.help.as_deref(), Some("did you mean \"go\"?"));
     }
 
@@ -402,10 +407,8 @@ mod tests {
                 "samplers":[{{"input":{times},"output":{values}}}],"channels":[{{"sampler":0,"target":{{"path":"pointer",
                 "extensions":{{"KHR_animation_pointer":{{"pointer":"{pointer}"}}}}}}}}]}}]"#
             );
-            let mut document = open(&builder).expect("it is whole");
-            let mut reporter = Reporter { file: String::new(), said: Vec::new() };
             let choices = GltfChoices { time: Some(0.25), ..GltfChoices::default() };
-            pose(&mut document, &mut reporter, &choices).unwrap_or_else(|error| panic!("{pointer}: {error}"));
+            let (document, _) = posed(&builder, &choices).unwrap_or_else(|error| panic!("{pointer}: {error}"));
             let found = (&document.root.nodes[0].weights, &document.root.meshes[0].weights);
             assert_eq!(found, (&of_node, &of_mesh), "{pointer} beside {weights:?}");
         }
@@ -421,18 +424,17 @@ mod tests {
             r#","nodes":[{{}}],"animations":[{{"samplers":[{{"input":{times},"output":{places}}}],
             "channels":[{{"sampler":0,"target":{{"node":0,"path":"translation"}}}}]}}]"#
         );
-        let mut reporter = Reporter { file: String::new(), said: Vec::new() };
-        let mut posed = |time, shutter| {
-            let mut document = open(&builder).expect("it is whole");
+        let at = |time, shutter| {
             let choices = GltfChoices { time, shutter, ..GltfChoices::default() };
-            pose(&mut document, &mut reporter, &choices).expect("it can be animated");
-            document
+            posed(&builder, &choices).expect("it can be animated")
         };
-        let document = posed(Some(0.25), Some(0.5));
+        let (document, _) = at(Some(0.25), Some(0.5));
         assert_eq!(document.root.nodes[0].translation, Some([0.5, 1.0, 1.5]));
         let along: Vec<f32> = document.steps.iter().map(|step| step[0].translation.x).collect();
         assert_eq!(along, (1..=16).map(|step| 0.5 + step as f32 / 16.0).collect::<Vec<_>>());
-        assert!(posed(Some(0.25), None).steps.is_empty() && posed(None, Some(0.5)).steps.is_empty());
-        assert!(reporter.said.iter().any(|said| said.message.contains("at no moment")), "{:?}", reporter.said);
+        assert!(at(Some(0.25), None).0.steps.is_empty());
+        let (document, said) = at(None, Some(0.5));
+        assert!(document.steps.is_empty());
+        assert!(said.iter().any(|said| said.message.contains("at no moment")), "{said:?}");
     }
 }

@@ -100,6 +100,10 @@ struct Reporter {
 }
 
 impl Reporter {
+    fn new(file: impl Into<String>) -> Reporter {
+        Reporter { file: file.into(), said: Vec::new() }
+    }
+
     fn warn(&mut self, code: Code, path: impl Into<String>, message: impl Into<String>) {
         self.say(Severity::Warning, code, path, message);
     }
@@ -140,7 +144,7 @@ pub(crate) fn load(session: &mut Session, path: &Path, options: &LoadOptions) ->
 
 /// The same of a file whose bytes are known.
 pub(crate) fn load_bytes(session: &mut Session, path: &Path, bytes: &[u8], options: &LoadOptions) -> Option<Scene> {
-    let mut reporter = Reporter { file: path.to_string_lossy().into_owned(), said: Vec::new() };
+    let mut reporter = Reporter::new(path.to_string_lossy());
     let scene = read(session, &mut reporter, path, bytes, options);
     let file = reporter.file.clone();
     reporter.finish(&mut session.found);
@@ -204,7 +208,7 @@ pub(crate) fn part(
     node: Option<(&str, Span)>,
     span: Span,
 ) -> Option<Vec<Row>> {
-    let mut reporter = Reporter { file: asset.name.clone(), said: Vec::new() };
+    let mut reporter = Reporter::new(asset.name.as_str());
     let rows = read_part((session, &mut reporter), asset, choices, node, span);
     reporter.finish(&mut session.found);
     match rows {

@@ -7,7 +7,7 @@ use brewster_world::components::parts::TriangleMesh;
 use brewster_world::components::{Detail, Shape};
 
 use super::document::Document;
-use super::{Found, Reporter, load_bytes};
+use super::{Reporter, load_bytes};
 use crate::LoadOptions;
 use crate::limits::Limits;
 use crate::scene::{Part, Scene};
@@ -77,14 +77,6 @@ impl Builder {
     }
 }
 
-/// The document of a file, or what is wrong with it.
-pub(super) fn open(builder: &Builder) -> Found<Document> {
-    let mut assets = Assets::default();
-    let mut session = Session::new(Path::new("test.gltf"), &[], Limits::DEFAULT, &mut assets);
-    let mut reporter = Reporter { file: "test.gltf".into(), said: Vec::new() };
-    Document::open(&mut session, &mut reporter, builder.text().as_bytes(), Path::new("."))
-}
-
 /// The scene of a file, or all that was said of one that is wrong.
 pub(super) fn load(builder: &Builder, limits: Limits) -> Result<Scene, String> {
     let path = Path::new("test.gltf");
@@ -105,5 +97,9 @@ pub(super) fn load_mesh(builder: &Builder) -> (Arc<TriangleMesh>, Detail) {
 
 /// The document of a file that is right.
 pub(super) fn document(builder: &Builder) -> Document {
-    open(builder).unwrap_or_else(|error| panic!("{error}"))
+    let mut assets = Assets::default();
+    let mut session = Session::new(Path::new("test.gltf"), &[], Limits::DEFAULT, &mut assets);
+    let document =
+        Document::open(&mut session, &mut Reporter::new("test.gltf"), builder.text().as_bytes(), Path::new("."));
+    document.unwrap_or_else(|error| panic!("{error}"))
 }
