@@ -6,6 +6,7 @@
 //! | a primitive without normals | flat, by the triangles' own normals |
 //! | a normal of no length | that of a triangle that the vertex belongs to |
 //! | a vertex that joints move with weights whose sum is not 1 | the weights are scaled; without any, it stays |
+//! | a mesh that joints mirror | its triangles are still seen from their fronts, whatever the transform of its node |
 //! | a morphed mesh whose targets have no normals or tangents | those of the base |
 
 use std::borrow::Cow;
@@ -247,10 +248,9 @@ fn morph(
 
 /// Moves every vertex by the mean of its joints' transforms, as much of each as its weight says.
 fn bend(mesh: &mut TriangleMesh, source: &Source, path: &str, joints: &[Affine3A]) -> Found<()> {
-    let mut joints_of: Vec<Vec<[u32; 4]>> = Vec::new();
-    let mut weights_of: Vec<Vec<[f32; 4]>> = Vec::new();
-    while let Some(of) = source.gather(&Semantic::Joints(joints_of.len() as u32))? {
-        let set = joints_of.len();
+    let mut sets: Vec<(Vec<[u32; 4]>, Vec<[f32; 4]>)> = Vec::new();
+    while let Some(of) = source.gather(&Semantic::Joints(sets.len() as u32))? {
+        let set = sets.len();
         let here = format!("{path}.attributes.JOINTS_{set}");
         let rows = of.integers::<4>(&here)?;
         if let Some(joint) = rows.as_flattened().iter().find(|&&joint| joint as usize >= joints.len()) {
@@ -261,12 +261,12 @@ fn bend(mesh: &mut TriangleMesh, source: &Source, path: &str, joints: &[Affine3A
         if weights.is_empty() {
             return Err(broken(here, format!("`WEIGHTS_{set}` is absent")).into());
         }
-        joints_of.push(rows);
-        weights_of.push(weights);
+        sets.push((rows, weights));
     }
+    let mut mirrored = vec![false; mesh.positions.len()];
     for vertex in 0..mesh.positions.len() {
         let (mut linear, mut translation, mut sum) = (Mat3A::ZERO, Vec3A::ZERO, 0.0);
-        for (rows, weights) in joints_of.iter().zip(&weights_of) {
+        for (rows, weights) in &sets {
             for (&joint, &weight) in rows[vertex].iter().zip(&weights[vertex]) {
                 if weight != 0.0 {
                     let joint = &joints[joint as usize];
@@ -280,14 +280,20 @@ fn bend(mesh: &mut TriangleMesh, source: &Source, path: &str, joints: &[Affine3A
             continue;
         }
         let (linear, translation) = (linear * (1.0 / sum), translation / sum);
+        mirrored[vertex] = linear.determinant() < 0.0;
+        let side = if mirrored[vertex] { -1.0 } else { 1.0 };
         let position = &mut mesh.positions[vertex];
         *position = (linear * Vec3A::from(*position) + translation).into();
         if let Some(normal) = mesh.normals.get_mut(vertex) {
-            *normal = (cofactors(linear) * Vec3A::from(*normal)).into();
+            *normal = (cofactors(linear) * Vec3A::from(*normal) * side).into();
         }
         if let Some(tangent) = mesh.tangents.get_mut(vertex) {
-            *tangent = Vec3::from(linear * Vec3A::from(tangent.truncate())).extend(tangent.w);
+            *tangent = Vec3::from(linear * Vec3A::from(tangent.truncate())).extend(side * tangent.w);
         }
+    }
+    // What is mirrored is still seen from its front.
+    for corners in mesh.triangles.iter_mut().filter(|corners| mirrored[corners[0] as usize]) {
+        corners.swap(1, 2);
     }
     Ok(())
 }
@@ -296,8 +302,7 @@ fn bend(mesh: &mut TriangleMesh, source: &Source, path: &str, joints: &[Affine3A
 /// inverse.
 fn cofactors(matrix: Mat3A) -> Mat3A {
     let Mat3A { x_axis: x, y_axis: y, z_axis: z } = matrix;
-    let flip = if x.cross(y).dot(z) < 0.0 { -1.0 } else { 1.0 };
-    Mat3A::from_cols(y.cross(z) * flip, z.cross(x) * flip, x.cross(y) * flip)
+    Mat3A::from_cols(y.cross(z), z.cross(x), x.cross(y))
 }
 
 /// Gives normals of no length, or of none that is a number, the direction of a triangle.
@@ -351,6 +356,28 @@ mod tests {
         assert_eq!(found.positions, [Vec3::new(0.0, 1.0, 2.0), Vec3::new(1.0, 1.0, 2.0), Vec3::new(0.0, 2.0, 2.0)]);
         assert_eq!(found.normals, [Vec3::new(0.0, 1.0, 3.0); 3]);
         assert_eq!(found.tangents, [Vec4::new(1.0, 1.0, 2.0, -1.0); 3]);
+    }
+
+    /// What joints mirror keeps its front, and v grows where it grew on it: along y, the cross product of z and -x times -1.
+    #[test]
+    fn mirrored_skins_keep_their_fronts() {
+        let mut builder = Builder::default();
+        let positions = builder.floats(&[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0], "VEC3");
+        let normals = builder.floats(&[0.0, 0.0, 1.0].repeat(3), "VEC3");
+        let tangents = builder.floats(&[1.0, 0.0, 0.0, 1.0].repeat(3), "VEC4");
+        let weights = builder.floats(&[1.0, 0.0, 0.0, 0.0].repeat(3), "VEC4");
+        let joints = builder.view(&[0; 12], None);
+        let joints = builder.accessor(joints, 0, 5121, 3, "VEC4");
+        builder.rest = format!(
+            r#","nodes":[{{"scale":[-1,1,1],"children":[1]}},{{"mesh":0,"skin":0}}],"skins":[{{"joints":[0]}}],
+            "meshes":[{{"primitives":[{{"attributes":{{"POSITION":{positions},"NORMAL":{normals},"TANGENT":{tangents},
+            "JOINTS_0":{joints},"WEIGHTS_0":{weights}}}}}]}}]"#
+        );
+        let (mesh, _) = load_mesh(&builder);
+        assert_eq!(mesh.positions, [Vec3::ZERO, Vec3::NEG_X, Vec3::Y]);
+        assert_eq!((&mesh.normals[0], &mesh.tangents[0]), (&Vec3::Z, &Vec4::new(-1.0, 0.0, 0.0, -1.0)));
+        let [a, b, c] = mesh.corners(0);
+        assert_eq!((b - a).cross(c - a), Vec3::Z);
     }
 
     /// glTF 2.0, 3.7.2.1: without normals, provided tangents must be ignored.
