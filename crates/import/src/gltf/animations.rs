@@ -264,10 +264,10 @@ fn write(root: &mut Value, pointer: &str, numbers: &[f32]) -> bool {
         [one] if name != "weights" => number(*one),
         many => many.iter().copied().map(number).collect(),
     };
-    if let Some(owner) = parent.strip_suffix("/weights")
-        && root.pointer(parent).is_none()
-    {
-        let Some(weights) = weights_of(root, owner) else { return false };
+    if name.parse::<usize>().is_ok() && root.pointer(parent).is_none() {
+        // Weights are the only list with defaults whose rows are animated one by one.
+        let of = |owner| Some((weights_of(root, owner)?, owner));
+        let Some((weights, owner)) = parent.strip_suffix("/weights").and_then(of) else { return false };
         if let Some(Value::Object(owner)) = root.pointer_mut(owner) {
             owner.insert("weights".into(), weights);
         }
@@ -401,6 +401,7 @@ mod tests {
             ("", "/meshes/0/weights/0", None, Some(vec![0.25, 0.0])),
             ("", "/meshes/0/weights/2", None, Some(vec![0.0, 0.0])),
             ("", "/nodes/1/weights/0", None, None),
+            ("", "/nodes/0/translation/1", None, None),
         ] {
             builder.rest = format!(
                 r#","nodes":[{{"mesh":0}},{{}}],"meshes":[{{"primitives":[{primitive}]{weights}}}],"animations":[{{
