@@ -248,7 +248,7 @@ fn morph(
 
 /// Moves every vertex by the mean of its joints' transforms, as much of each as its weight says.
 fn bend(mesh: &mut TriangleMesh, source: &Source, path: &str, joints: &[Affine3A]) -> Found<()> {
-    let mut sets: Vec<(Vec<[u32; 4]>, Vec<[f32; 4]>)> = Vec::new();
+    let mut sets = Vec::new();
     while let Some(of) = source.gather(&Semantic::Joints(sets.len() as u32))? {
         let set = sets.len();
         let here = format!("{path}.attributes.JOINTS_{set}");
