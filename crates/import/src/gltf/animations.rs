@@ -69,11 +69,6 @@ enum Interpolation {
     CubicSpline,
 }
 
-#[derive(Deserialize)]
-struct Pointer {
-    pointer: String,
-}
-
 /// Moves the document to the chosen moment of the chosen animation.
 pub(super) fn pose(document: &mut Document, reporter: &mut Reporter, choices: &GltfChoices) -> Found<()> {
     let animations: Vec<Animation> = match &document.animations {
@@ -159,8 +154,8 @@ fn pointer(document: &Document, channel: &Channel, path: &str) -> Found<Option<S
         Property::Weights => "weights",
         Property::Pointer => {
             let others = channel.target.extensions.as_ref();
-            let found = extensions::read::<Pointer>(others, "KHR_animation_pointer", &format!("{path}.target"))?;
-            return Ok(found.map(|found| found.pointer));
+            let found = extensions::fields(others, "KHR_animation_pointer", &format!("{path}.target"))?;
+            return found.map(|found| found.need("pointer")).transpose();
         }
     };
     match channel.target.node {

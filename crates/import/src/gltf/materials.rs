@@ -11,14 +11,13 @@ use brewster_world::components::{Color, Detail, Material, NormalMap, Opacity, Pr
 use glam::Vec3;
 use gltf::json::material::AlphaMode;
 use gltf::json::{self, Value};
-use serde::de::DeserializeOwned;
-use serde_json::Map;
 
 use super::document::Document;
-use super::extensions;
+use super::extensions::{self, others};
+use super::fields::Fields;
 use super::meshes::Tangents;
 use super::textures::{Info, Textures};
-use super::{Found, Reporter, broken, typed};
+use super::{Found, Reporter};
 use crate::diagnostics::Code;
 use crate::session::Session;
 
@@ -31,31 +30,6 @@ pub(super) struct Reader<'r, 'i> {
     /// The material, typed and as it stands in the file.
     material: &'r json::Material,
     own: &'r Fields<'r>,
-}
-
-/// An object of the file, whose fields have defaults.
-pub(super) struct Fields<'d> {
-    /// None for an object that is absent.
-    values: Option<&'d Map<String, Value>>,
-    path: String,
-}
-
-impl<'d> Fields<'d> {
-    /// The value of a field.
-    pub(super) fn get<T: DeserializeOwned>(&self, name: &str, default: T) -> Found<T> {
-        let value = self.values.and_then(|values| values.get(name));
-        value.map_or(Ok(default), |value| typed(value, &self.path_of(name)))
-    }
-
-    pub(super) fn path_of(&self, name: &str) -> String {
-        format!("{}.{name}", self.path)
-    }
-
-    /// The object in a field.
-    fn within(&self, name: &str) -> Fields<'d> {
-        let values = self.values.and_then(|values| values.get(name)?.as_object());
-        Fields { values, path: self.path_of(name) }
-    }
 }
 
 /// A number in 0..=1.
@@ -74,8 +48,7 @@ pub(super) fn material(
     let default = json::Material::default();
     let material = index.map_or(&default, |index| &document.root.materials[index]);
     let path = index.map_or_else(String::new, |index| format!("materials[{index}]"));
-    let values = index.and_then(|index| document.value.get("materials")?.get(index)?.as_object());
-    let own = Fields { values, path };
+    let own = Fields::new(index.and_then(|index| document.value.get("materials")?.get(index)), path);
     let mut reader = Reader { session, reporter, document, textures, material, own: &own };
     let mut principled = reader.metallic_roughness()?;
     let p = &mut principled;
@@ -174,19 +147,14 @@ impl<'r> Reader<'r, '_> {
                 true => "cameras see both sides of materials that let light through, double-sided or not",
             };
             // The default material stands nowhere in the file.
-            let path = self.own.values.map_or_else(String::new, |_| self.own.path_of("doubleSided"));
+            let path = if self.own.is_absent() { String::new() } else { self.own.path_of("doubleSided") };
             self.reporter.note(Code::Decision, path, message);
         }
     }
 
     /// What an extension of the material holds.
     pub(super) fn extension(&self, name: &str) -> Found<Option<Fields<'r>>> {
-        let others = self.own.within("extensions");
-        match others.values.and_then(|others| others.get(name)) {
-            None => Ok(None),
-            Some(Value::Object(_)) => Ok(Some(others.within(name))),
-            Some(_) => Err(broken(others.path_of(name), "the extension is no object").into()),
-        }
+        extensions::fields(others!(self.material), name, self.own.path())
     }
 
     /// The texture that a field refers to; none where it cannot be read.

@@ -1,5 +1,5 @@
 //! glTF 2.0 files: [`container`] takes the file apart, [`document`] types and checks its JSON and reads its buffers,
-//! [`accessors`] reads numbers, [`nodes`] lists the entities with their [`meshes`], [`materials`], [`cameras`] and lights.
+//! [`accessors`] reads numbers, [`fields`] objects, [`nodes`] lists the entities with their [`meshes`], [`materials`], [`cameras`] and lights.
 //! [`extensions`] holds what extensions add.
 //!
 //! A broken file is one error, which names the place in the JSON. What is left out without harm is a warning. What is made of
@@ -11,6 +11,7 @@ mod cameras;
 mod container;
 mod document;
 mod extensions;
+mod fields;
 mod materials;
 mod meshes;
 mod nodes;

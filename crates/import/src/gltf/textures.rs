@@ -220,17 +220,13 @@ fn bytes<'d>(session: &mut Session, document: &'d Document, index: usize) -> Fou
 
 /// The image of a texture: of its extensions' if there is one, since they are there to be preferred.
 fn source(root: &json::Root, texture: &json::Texture, path: &str) -> Found<Option<usize>> {
-    #[derive(Deserialize)]
-    struct Source {
-        source: usize,
-    }
     let plain = Some(texture.source.value())
         .filter(|&index| texture.source != Index::new(u32::MAX) && index < root.images.len());
     for name in ["KHR_texture_basisu", "EXT_texture_webp"] {
-        if let Some(Source { source }) = extensions::read(others!(texture), name, path)? {
+        if let Some(found) = extensions::fields(others!(texture), name, path)? {
+            let source: usize = found.need("source")?;
             if source >= root.images.len() {
-                let message = format!("there is no images[{source}]");
-                return Err(broken(format!("{path}.extensions.{name}.source"), message).into());
+                return Err(broken(found.path_of("source"), format!("there is no images[{source}]")).into());
             }
             return Ok(Some(source));
         }

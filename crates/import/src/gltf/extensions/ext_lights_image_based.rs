@@ -10,33 +10,15 @@ use std::sync::Arc;
 use brewster_lanes::math;
 use brewster_world::components::parts::{Encoding, EnvironmentMap, Image, MapRows, Texels};
 use glam::{Quat, Vec3};
-use serde::Deserialize;
 
 use super::super::document::Document;
+use super::super::fields::Fields;
 use super::super::textures::Textures;
 use super::super::{Found, Reporter, broken, too_much};
 use super::others;
 use crate::session::Session;
 
 const NAME: &str = "EXT_lights_image_based";
-
-#[derive(Deserialize)]
-#[serde(rename_all = "camelCase")]
-struct ImageBased {
-    #[serde(default = "upright")]
-    rotation: [f32; 4],
-    #[serde(default = "one")]
-    intensity: f32,
-    specular_images: Vec<[usize; 6]>,
-}
-
-fn upright() -> [f32; 4] {
-    [0.0, 0.0, 0.0, 1.0]
-}
-
-fn one() -> f32 {
-    1.0
-}
 
 /// Columns of the sky at most: finer faces lose detail.
 const MOST_COLUMNS: u32 = 8192;
@@ -49,23 +31,24 @@ pub(in crate::gltf) fn of_scene(
 ) -> Found<Option<Arc<EnvironmentMap>>> {
     let root = &document.root;
     let found = super::light(root, others!(root.scenes[scene]), NAME, &format!("scenes[{scene}]"))?;
-    let Some((found, path)): Option<(ImageBased, String)> = found else { return Ok(None) };
-    if !(found.intensity >= 0.0 && found.intensity.is_finite()) {
-        let problem = broken(format!("{path}.intensity"), format!("the intensity is {}", found.intensity));
+    let Some(found) = found else { return Ok(None) };
+    let intensity: f32 = found.get("intensity", 1.0)?;
+    if !(intensity >= 0.0 && intensity.is_finite()) {
+        let problem = broken(found.path_of("intensity"), format!("the intensity is {intensity}"));
         return Err(problem.expected("a number of 0 or more").into());
     }
-    let rotation = Quat::from_array(found.rotation);
+    let rotation = Quat::from_array(found.get("rotation", [0.0, 0.0, 0.0, 1.0])?);
     if !(rotation.length_squared() > 1e-6 && rotation.is_finite()) {
-        return Err(broken(format!("{path}.rotation"), "no rotation").expected("a unit quaternion").into());
+        return Err(broken(found.path_of("rotation"), "no rotation").expected("a unit quaternion").into());
     }
-    let Some(faces) = faces((session, reporter), document, &found, &path)? else { return Ok(None) };
+    let Some(faces) = faces((session, reporter), document, &found)? else { return Ok(None) };
     let (columns, rows) = size(faces[0].width);
     let taken = session.budgets.pixels.take(u64::from(columns) * u64::from(rows));
-    taken.map_err(|over| too_much(path.as_str(), format!("the light's picture is too large: {over}")))?;
-    let picture = resampled(&faces, rotation.normalize(), found.intensity);
+    taken.map_err(|over| too_much(found.path(), format!("the light's picture is too large: {over}")))?;
+    let picture = resampled(&faces, rotation.normalize(), intensity);
     match EnvironmentMap::new(Arc::new(picture), MapRows::Centers, 0.0) {
         Ok(map) => Ok(Some(Arc::new(map))),
-        Err(error) => Err(broken(path, format!("the pictures are no sky: {error}")).into()),
+        Err(error) => Err(broken(found.path(), format!("the pictures are no sky: {error}")).into()),
     }
 }
 
@@ -73,11 +56,11 @@ pub(in crate::gltf) fn of_scene(
 fn faces(
     (session, reporter): (&mut Session, &mut Reporter),
     document: &Document,
-    light: &ImageBased,
-    path: &str,
+    light: &Fields,
 ) -> Found<Option<[Arc<Image>; 6]>> {
-    let path = format!("{path}.specularImages[0]");
-    let Some(indices) = light.specular_images.first() else {
+    let levels: Vec<[usize; 6]> = light.need("specularImages")?;
+    let path = format!("{}[0]", light.path_of("specularImages"));
+    let Some(indices) = levels.first() else {
         return Err(broken(path, "there are no pictures").expected("six images").into());
     };
     let mut textures = Textures::default();

@@ -4,24 +4,16 @@ use std::collections::BTreeMap;
 
 use glam::{Affine3A, Quat, Vec3};
 use gltf::json::{Index, Node};
-use serde::Deserialize;
 
 use super::super::accessors::Gathered;
 use super::super::document::Document;
 use super::super::{Found, broken};
 
-const NAME: &str = "EXT_mesh_gpu_instancing";
-
-#[derive(Deserialize)]
-struct Instancing {
-    #[serde(default)]
-    attributes: BTreeMap<String, u32>,
-}
-
 /// The places of a node's mesh in the node's space, if there are many.
 pub(in crate::gltf) fn places(document: &Document, node: &Node, path: &str) -> Found<Option<Vec<Affine3A>>> {
-    let Some(Instancing { attributes }) = super::read(super::others!(node), NAME, path)? else { return Ok(None) };
-    let path = format!("{path}.extensions.{NAME}.attributes");
+    let Some(found) = super::fields(super::others!(node), "EXT_mesh_gpu_instancing", path)? else { return Ok(None) };
+    let attributes: BTreeMap<String, u32> = found.get("attributes", BTreeMap::new())?;
+    let path = found.path_of("attributes");
     let mut columns: BTreeMap<&str, Gathered> = BTreeMap::new();
     for (name, &index) in &attributes {
         let path = format!("{path}.{name}");

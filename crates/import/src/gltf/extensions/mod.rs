@@ -24,10 +24,10 @@ pub(super) mod khr_node_visibility;
 pub(super) mod meshopt;
 
 use gltf::json::{Root, Value};
-use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use serde_json::Map;
 
+use super::fields::Fields;
 use super::{Found, Reporter, broken, typed};
 use crate::diagnostics::{Code, Diagnostic, Severity};
 
@@ -110,7 +110,7 @@ pub(super) fn check(root: &Root, reporter: &mut Reporter) -> Found<()> {
     Ok(())
 }
 
-/// What an extension holds, if it is there. `path` is that of the object it stands in.
+/// What an extension holds, if it is there, as a type. `path` is that of the object it stands in.
 pub(super) fn read<T: DeserializeOwned>(
     others: Option<&Map<String, Value>>,
     name: &str,
@@ -120,35 +120,35 @@ pub(super) fn read<T: DeserializeOwned>(
     value.map(|value| typed(value, &path_of(path, name))).transpose()
 }
 
-/// The light that an extension gives an object, and its place, out of the list that it keeps at the root.
-pub(super) fn light<T: DeserializeOwned>(
-    root: &Root,
-    others: Option<&Map<String, Value>>,
+/// The same field by field.
+pub(super) fn fields<'d>(others: Option<&'d Map<String, Value>>, name: &str, path: &str) -> Found<Option<Fields<'d>>> {
+    match others.and_then(|others| others.get(name)) {
+        None => Ok(None),
+        value @ Some(Value::Object(_)) => Ok(Some(Fields::new(value, path_of(path, name)))),
+        Some(_) => Err(broken(path_of(path, name), "the extension is no object").into()),
+    }
+}
+
+/// The light that an extension gives an object, out of the list that it keeps at the root.
+pub(super) fn light<'d>(
+    root: &'d Root,
+    others: Option<&'d Map<String, Value>>,
     name: &str,
     path: &str,
-) -> Found<Option<(T, String)>> {
-    #[derive(Deserialize)]
-    struct OfObject {
-        light: usize,
-    }
-    #[derive(Deserialize)]
-    struct Lights<T> {
-        #[serde(default = "Vec::new")]
-        lights: Vec<T>,
-    }
-    let Some(OfObject { light }) = read(others, name, path)? else { return Ok(None) };
-    let lights = read(others!(root), name, "")?.map_or_else(Vec::new, |Lights { lights }| lights);
-    let count = lights.len();
-    match lights.into_iter().nth(light) {
-        Some(found) => Ok(Some((found, format!("extensions.{name}.lights[{light}]")))),
+) -> Found<Option<Fields<'d>>> {
+    let Some(of_object) = fields(others, name, path)? else { return Ok(None) };
+    let light: usize = of_object.need("light")?;
+    let lights = others!(root).and_then(|others| others.get(name)?.get("lights")?.as_array());
+    match lights.and_then(|lights| lights.get(light)) {
+        Some(found) => Ok(Some(Fields::new(Some(found), format!("extensions.{name}.lights[{light}]")))),
         None => {
-            let message = format!("there is no light {light}: the file has {count}");
-            Err(broken(format!("{}.light", path_of(path, name)), message).into())
+            let message = format!("there is no light {light}: the file has {}", lights.map_or(0, Vec::len));
+            Err(broken(of_object.path_of("light"), message).into())
         }
     }
 }
 
 /// Where the extension of an object stands.
-pub(super) fn path_of(object: &str, name: &str) -> String {
+fn path_of(object: &str, name: &str) -> String {
     if object.is_empty() { format!("extensions.{name}") } else { format!("{object}.extensions.{name}") }
 }
