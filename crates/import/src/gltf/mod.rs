@@ -1,6 +1,6 @@
 //! glTF 2.0 files: [`container`] takes the file apart, [`document`] types and checks its JSON and reads its buffers,
-//! [`accessors`] reads numbers, [`fields`] objects, [`nodes`] lists the entities with their [`meshes`], [`materials`], [`cameras`] and lights.
-//! [`extensions`] holds what extensions add.
+//! [`accessors`] reads numbers and [`fields`] objects, [`nodes`] lists the entities with their [`meshes`], [`materials`],
+//! [`cameras`] and lights. [`extensions`] holds what extensions add.
 //!
 //! A broken file is one error, which names the place in the JSON. What is left out without harm is a warning. What is made of
 //! every extension, and of what the specification leaves open, is a note.
