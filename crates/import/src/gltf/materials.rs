@@ -231,9 +231,9 @@ mod tests {
             (clearcoat(r#""clearcoatNormalTexture":{"index":0}"#), Tangents::Along(0)),
             (clearcoat(&format!(r#""clearcoatNormalTexture":{moved}"#)), Tangents::Along(1)),
         ] {
-            let mut builder = Builder::default();
-            builder.rest =
+            let rest =
                 format!(r#","images":[{{"uri":"a.png"}}],"textures":[{{"source":0}}],"materials":[{{{material}}}]"#);
+            let builder = Builder { rest, ..Builder::default() };
             assert_eq!(tangents(&document(&builder), Some(0)), expected, "{material}");
         }
     }
