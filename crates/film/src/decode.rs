@@ -1,7 +1,7 @@
 //! Files to pictures: what the encoders write, and what others write in these formats.
 
 use std::{
-    fs::File,
+    fs::{self, File},
     io::{self, BufReader, Read, Seek},
     path::Path,
 };
@@ -28,6 +28,10 @@ use crate::{FilmError, LinearImage, encode::codec_error, order::check_size, srgb
 /// The file can't be read, is no such picture, is damaged or too large. All name the file.
 pub fn read_image(path: &Path) -> Result<LinearImage, FilmError> {
     let io_error = |source| FilmError::Io { path: path.to_path_buf(), source };
+    // Looked at before it is opened: a pipe would be waited for.
+    if !fs::metadata(path).map_err(io_error)?.is_file() {
+        return Err(codec_error(path, "it is a folder, or no ordinary file"));
+    }
     let mut reader = BufReader::new(File::open(path).map_err(io_error)?);
     let mut magic = Vec::with_capacity(4);
     reader.by_ref().take(4).read_to_end(&mut magic).map_err(io_error)?;
@@ -166,6 +170,8 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("notes.png");
         assert!(matches!(read_image(&path), Err(FilmError::Io { .. })));
+        let message = read_image(folder.path()).unwrap_err().to_string();
+        assert_eq!(message, format!("{}: it is a folder, or no ordinary file", folder.path().display()));
         for content in [&b""[..], b"v/1", b"these are notes"] {
             fs::write(&path, content).unwrap();
             let message = read_image(&path).unwrap_err().to_string();

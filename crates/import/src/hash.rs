@@ -33,10 +33,10 @@ impl Digest {
     }
 }
 
-/// The hash of one text.
-pub(crate) fn of_text(text: &str) -> u64 {
+/// The hash of one byte string.
+pub(crate) fn of(bytes: &[u8]) -> u64 {
     let mut digest = Digest::default();
-    digest.update(text.as_bytes());
+    digest.update(bytes);
     digest.finish()
 }
 

@@ -14,7 +14,7 @@
 
 use std::collections::HashSet;
 
-use crate::hash::of_text;
+use crate::hash;
 
 /// The keys that are taken.
 #[derive(Debug, Default)]
@@ -41,7 +41,7 @@ impl Keys {
 
     /// The key of a material or a shape.
     pub(crate) fn definition(&mut self, path: &str) -> u64 {
-        DEFINITIONS | free(&mut self.definitions, of_text(path), DEFINITIONS)
+        DEFINITIONS | free(&mut self.definitions, hash::of(path.as_bytes()), DEFINITIONS)
     }
 
     /// The first of the 2³² keys of the node at a place of a glTF file.
@@ -52,7 +52,7 @@ impl Keys {
     /// The first of the 2³² keys of an entity of the file's list.
     pub(crate) fn entity(&mut self, name: Option<&str>) -> u64 {
         let slot = match name {
-            Some(name) => NAMED | free(&mut self.named, of_text(name), NAMED),
+            Some(name) => NAMED | free(&mut self.named, hash::of(name.as_bytes()), NAMED),
             None => {
                 self.unnamed += 1;
                 self.unnamed - 1

@@ -16,7 +16,8 @@ pub struct Limits {
     pub nesting: u64,
     /// Files that are included within included files.
     pub include_depth: u64,
-    /// Entities above an entity, itself counted.
+    /// Entities above an entity, itself counted. Nothing here recurses that deep but a world's own `despawn` of what is on top: in
+    /// bevy_ecs each level takes 0.3 KB of stack, 1.5 KB if it was built without optimization.
     pub hierarchy: u64,
     /// Entities of a scene, those of includes and instances counted as often as they are placed.
     pub entities: u64,
@@ -40,7 +41,7 @@ impl Limits {
         values: 8_000_000,
         nesting: 64,
         include_depth: 16,
-        hierarchy: 256,
+        hierarchy: 4096,
         entities: 4_000_000,
         picture_pixels: 1 << 27,
         image_pixels: 100_000_000,

@@ -4,8 +4,8 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use bevy_ecs::component::{Component, Mutable};
-use bevy_ecs::entity::Entity;
-use bevy_ecs::hierarchy::ChildOf;
+use bevy_ecs::entity::{Entity, EntityHashSet};
+use bevy_ecs::hierarchy::{ChildOf, Children};
 use bevy_ecs::name::Name;
 use bevy_ecs::query::With;
 use bevy_ecs::resource::Resource;
@@ -112,9 +112,7 @@ impl Scene {
         // What stays has left what goes: a child goes with its parent.
         for entity in known.into_values() {
             applied.despawned += 1;
-            if let Ok(entity) = world.get_entity_mut(entity) {
-                entity.despawn();
-            }
+            despawn(world, entity);
         }
         applied
     }
@@ -128,6 +126,24 @@ impl Scene {
                 Part::Own(value) => Some(value),
                 _ => None,
             },
+        }
+    }
+}
+
+/// Despawns an entity with all below it, from the bottom up: bevy_ecs goes down by recursion, and stacks are short.
+fn despawn(world: &mut World, entity: Entity) {
+    let mut parents = vec![entity];
+    let mut met: EntityHashSet = parents.iter().copied().collect();
+    let mut at = 0;
+    while let Some(&parent) = parents.get(at) {
+        let children = world.get::<Children>(parent).into_iter().flatten().copied();
+        parents.extend(children.filter(|&child| world.get::<Children>(child).is_some() && met.insert(child)));
+        at += 1;
+    }
+    for parent in parents.into_iter().rev() {
+        // Children without children go with their parents.
+        if let Ok(parent) = world.get_entity_mut(parent) {
+            parent.despawn();
         }
     }
 }

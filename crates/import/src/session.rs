@@ -12,7 +12,7 @@ use glam::UVec2;
 use crate::diagnostics::{Code, Diagnostic, Severity, nearest};
 use crate::environment::View;
 use crate::findings::Findings;
-use crate::hash::Digest;
+use crate::hash::{self, Digest};
 use crate::limits::{Budget, Limits};
 use crate::sandbox::{Refusal, Sandbox, read_bounded};
 use crate::source::{Source, SourceId, Sources, Span};
@@ -185,11 +185,9 @@ impl<'i> Session<'i> {
         let path = self.find(name, span)?;
         match read_bounded(&path, "asset_bytes", self.limits.asset_bytes) {
             Ok(bytes) => {
-                let mut digest = Digest::default();
-                digest.update(&bytes);
-                self.digest.update(&digest.finish().to_le_bytes());
+                let digest = self.count_in(&bytes);
                 let name = self.sources.name_beside(span.source, name);
-                Some(Asset { path, name, bytes, digest: digest.finish() })
+                Some(Asset { path, name, bytes, digest })
             }
             Err(refusal) => {
                 self.refuse(name, span, &refusal);
@@ -203,20 +201,23 @@ impl<'i> Session<'i> {
         let resolved = self.sandbox.resolve(folder, Path::new(name));
         self.depend(resolved.as_deref().unwrap_or(&folder.join(name)));
         let bytes = read_bounded(&resolved?, "asset_bytes", self.limits.asset_bytes)?;
-        let mut digest = Digest::default();
-        digest.update(&bytes);
-        self.digest.update(&digest.finish().to_le_bytes());
-        Ok((bytes, digest.finish()))
+        let digest = self.count_in(&bytes);
+        Ok((bytes, digest))
     }
 
     /// Reads a file that does not come from the scene but from the one who asks for a picture; its digest.
     pub(crate) fn read_outside(&mut self, path: &Path) -> Result<(Vec<u8>, u64), Refusal> {
         self.depend(path);
         let bytes = read_bounded(path, "asset_bytes", self.limits.asset_bytes)?;
-        let mut digest = Digest::default();
-        digest.update(&bytes);
-        self.digest.update(&digest.finish().to_le_bytes());
-        Ok((bytes, digest.finish()))
+        let digest = self.count_in(&bytes);
+        Ok((bytes, digest))
+    }
+
+    /// Makes a file's bytes count in the scene's digest; their own.
+    fn count_in(&mut self, bytes: &[u8]) -> u64 {
+        let digest = hash::of(bytes);
+        self.digest.update(&digest.to_le_bytes());
+        digest
     }
 
     pub(crate) fn error(&mut self, code: Code, span: Span, message: impl Into<String>) {

@@ -1,8 +1,10 @@
 //! Figures and maps of differences worked out by hand.
 
+use std::process::{Command, Stdio};
+
 use brewster::film::{LinearImage, read_image, write_hdr};
 
-use super::desk::Desk;
+use super::desk::{Desk, Ended, wait_until};
 
 /// A folder with a picture of gray 0.5 and one of gray 0.75, both of which an HDR file holds exactly.
 fn desk() -> Desk {
@@ -65,4 +67,18 @@ fn what_cannot_be_compared_is_told() {
     desk.run("compare half.hdr more.hdr -o map.exr").expect(2, ".png");
     desk.run("compare half.hdr").expect(2, "TEST");
     desk.run("compare half.hdr more.hdr --pixels-per-degree 0").expect(1, "pixels per degree");
+}
+
+/// Who opens a pipe waits until somebody writes to it.
+#[cfg(unix)]
+#[test]
+fn a_pipe_is_not_waited_for() {
+    let desk = desk();
+    let made = Command::new("mkfifo").arg(desk.path("pipe.hdr")).status().expect("`mkfifo` is there");
+    assert!(made.success());
+    for arguments in ["compare pipe.hdr half.hdr", "compare half.hdr pipe.hdr"] {
+        let mut child = desk.command(arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        wait_until("the end of the program", || child.try_wait().unwrap().is_some());
+        Ended::from(child.wait_with_output().unwrap()).expect(1, "pipe.hdr: it is a folder, or no ordinary file");
+    }
 }

@@ -104,7 +104,7 @@ impl Ended {
 }
 
 /// Waits until something holds, a minute at most.
-pub(crate) fn wait_until(what: &str, holds: impl Fn() -> bool) {
+pub(crate) fn wait_until(what: &str, mut holds: impl FnMut() -> bool) {
     let begin = Instant::now();
     while !holds() {
         assert!(begin.elapsed() < Duration::from_secs(60), "waited in vain: {what}");

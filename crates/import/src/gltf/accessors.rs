@@ -99,8 +99,7 @@ impl Document {
 impl Gathered {
     /// Rows of `N` numbers, or an error that says what would do.
     pub(super) fn floats<const N: usize>(&self, path: &str) -> Found<Vec<[f32; N]>> {
-        let found = Layout::new(self.kind, self.component);
-        if found.columns * found.rows != N {
+        if self.kind.multiplicity() != N {
             let message = format!("the accessor holds rows of the type {:?}", self.kind);
             return Err(broken(path, message).expected(format!("rows of {N} numbers")).into());
         }
@@ -110,9 +109,8 @@ impl Gathered {
 
     /// Rows of whole numbers, `N` in each.
     pub(super) fn integers<const N: usize>(&self, path: &str) -> Found<Vec<[u32; N]>> {
-        let found = Layout::new(self.kind, self.component);
         let is_whole = matches!(self.component, ComponentType::U8 | ComponentType::U16 | ComponentType::U32);
-        if found.columns * found.rows != N || !is_whole {
+        if self.kind.multiplicity() != N || !is_whole {
             let message = format!("the accessor holds rows of the type {:?} of {:?}", self.kind, self.component);
             return Err(broken(path, message).expected(format!("rows of {N} unsigned integers")).into());
         }
@@ -122,25 +120,20 @@ impl Gathered {
 
     /// All numbers, row after row.
     pub(super) fn numbers(&self) -> Vec<f32> {
-        let bytes = &self.bytes;
-        // Integers stand for c / largest, signed ones for at least -1: glTF 2.0, 3.11.
-        let (normalized, least) = (self.normalized, if self.normalized { -1.0 } else { f32::MIN });
-        let part = |value: f32, largest: f32| if normalized { value / largest } else { value };
         match self.component {
-            ComponentType::I8 => bytes.iter().map(|&x| part(f32::from(x as i8), 127.0).max(least)).collect(),
-            ComponentType::U8 => bytes.iter().map(|&x| part(f32::from(x), 255.0)).collect(),
-            ComponentType::I16 => {
-                let values = bytes.as_chunks().0.iter().map(|&x| f32::from(i16::from_le_bytes(x)));
-                values.map(|x| part(x, 32767.0).max(least)).collect()
-            }
-            ComponentType::U16 => {
-                bytes.as_chunks().0.iter().map(|&x| part(f32::from(u16::from_le_bytes(x)), 65535.0)).collect()
-            }
-            ComponentType::U32 => {
-                bytes.as_chunks().0.iter().map(|&x| part(u32::from_le_bytes(x) as f32, u32::MAX as f32)).collect()
-            }
-            ComponentType::F32 => bytes.as_chunks().0.iter().map(|&x| f32::from_le_bytes(x)).collect(),
+            ComponentType::I8 => self.each(|[x]| f32::from(x as i8), 127.0),
+            ComponentType::U8 => self.each(|[x]| f32::from(x), 255.0),
+            ComponentType::I16 => self.each(|x| f32::from(i16::from_le_bytes(x)), 32767.0),
+            ComponentType::U16 => self.each(|x| f32::from(u16::from_le_bytes(x)), 65535.0),
+            ComponentType::U32 => self.each(|x| u32::from_le_bytes(x) as f32, u32::MAX as f32),
+            ComponentType::F32 => self.bytes.as_chunks().0.iter().map(|&x| f32::from_le_bytes(x)).collect(),
         }
+    }
+
+    /// All integers; normalized ones stand for c / largest, and for at least -1: glTF 2.0, 3.11.
+    fn each<const N: usize>(&self, number: impl Fn([u8; N]) -> f32, largest: f32) -> Vec<f32> {
+        let numbers = self.bytes.as_chunks().0.iter().map(|&bytes| number(bytes));
+        if self.normalized { numbers.map(|x| (x / largest).max(-1.0)).collect() } else { numbers.collect() }
     }
 }
 

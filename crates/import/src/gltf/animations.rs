@@ -19,7 +19,7 @@ use serde_json::Map;
 
 use super::document::Document;
 use super::nodes::local;
-use super::{Found, GltfChoices, Reporter, broken, choose, extensions};
+use super::{Found, GltfChoices, Reporter, broken, choose, extensions, typed};
 use crate::diagnostics::Code;
 
 #[derive(Deserialize)]
@@ -69,19 +69,11 @@ enum Interpolation {
     CubicSpline,
 }
 
-#[derive(Deserialize)]
-struct Pointer {
-    pointer: String,
-}
-
 /// Moves the document to the chosen moment of the chosen animation.
 pub(super) fn pose(document: &mut Document, reporter: &mut Reporter, choices: &GltfChoices) -> Found<()> {
     let animations: Vec<Animation> = match &document.animations {
         Value::Null => Vec::new(),
-        animations => serde_path_to_error::deserialize(animations).map_err(|error| {
-            let path = error.path().to_string();
-            broken(format!("animations{path}"), error.inner().to_string())
-        })?,
+        animations => typed(animations, "animations")?,
     };
     let chosen = match choices.animation.as_deref() {
         Some("all") => (0..animations.len()).collect(),
@@ -162,8 +154,8 @@ fn pointer(document: &Document, channel: &Channel, path: &str) -> Found<Option<S
         Property::Weights => "weights",
         Property::Pointer => {
             let others = channel.target.extensions.as_ref();
-            let found = extensions::read::<Pointer>(others, "KHR_animation_pointer", &format!("{path}.target"))?;
-            return Ok(found.map(|found| found.pointer));
+            let found = extensions::fields(others, "KHR_animation_pointer", &format!("{path}.target"))?;
+            return found.map(|found| found.need("pointer")).transpose();
         }
     };
     match channel.target.node {
@@ -249,6 +241,14 @@ fn slerp(a: &[f32], b: &[f32], t: f32) -> Vec<f32> {
     mixed.to_array().to_vec()
 }
 
+/// The weights of a node's or a mesh's morph targets where it has none of its own: the mesh's, otherwise zeros.
+fn weights_of(root: &Value, owner: &str) -> Option<Value> {
+    let owner = root.pointer(owner)?;
+    let mesh = owner.get("mesh").map_or(Some(owner), |mesh| root.pointer(&format!("/meshes/{mesh}")))?;
+    let targets = || mesh.pointer("/primitives/0/targets")?.as_array();
+    mesh.get("weights").cloned().or_else(|| Some(vec![0.0; targets()?.len()].into()))
+}
+
 /// Writes numbers where a JSON pointer leads: a number, a yes or no, or a list. A member that is not there is made.
 fn write(root: &mut Value, pointer: &str, numbers: &[f32]) -> bool {
     let Some((parent, name)) = pointer.rsplit_once('/') else { return false };
@@ -259,6 +259,14 @@ fn write(root: &mut Value, pointer: &str, numbers: &[f32]) -> bool {
         [one] if name != "weights" => number(*one),
         many => many.iter().copied().map(number).collect(),
     };
+    if name.parse::<usize>().is_ok() && root.pointer(parent).is_none() {
+        // Weights are the only list with defaults whose rows are animated one by one.
+        let of = |owner| Some((weights_of(root, owner)?, owner));
+        let Some((weights, owner)) = parent.strip_suffix("/weights").and_then(of) else { return false };
+        if let Some(Value::Object(owner)) = root.pointer_mut(owner) {
+            owner.insert("weights".into(), weights);
+        }
+    }
     // What has its defaults may be absent, with the objects that it stands in.
     let Some(parent) = make_way(root, parent) else { return false };
     match parent {
@@ -292,11 +300,18 @@ fn make_way<'v>(root: &'v mut Value, pointer: &str) -> Option<&'v mut Value> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::gltf::testing::{Builder, open};
+    use crate::diagnostics::Diagnostic;
+    use crate::gltf::testing::{Builder, document};
 
     fn check(found: &[f32], expected: &[f32], what: &str) {
         let close = found.len() == expected.len() && found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-5);
         assert!(close, "{what}: {found:?} for {expected:?}");
+    }
+
+    /// A file at the moment that is chosen, and what is said of it.
+    fn posed(builder: &Builder, choices: &GltfChoices) -> Found<(Document, Vec<Diagnostic>)> {
+        let (mut document, mut reporter) = (document(builder), Reporter::new(""));
+        pose(&mut document, &mut reporter, choices).map(|()| (document, reporter.said))
     }
 
     #[test]
@@ -356,15 +371,43 @@ mod tests {
             {{"sampler":1,"target":{{"path":"pointer","extensions":{{"KHR_animation_pointer":
             {{"pointer":"/materials/0/pbrMetallicRoughness/roughnessFactor"}}}}}}}}]}}]"#
         );
-        let mut document = open(&builder).expect("it is whole");
-        let mut reporter = Reporter { file: String::new(), said: Vec::new() };
         let choices = GltfChoices { time: Some(0.25), animation: Some("go".into()), ..GltfChoices::default() };
-        pose(&mut document, &mut reporter, &choices).expect("it can be animated");
+        let (document, _) = posed(&builder, &choices).expect("it can be animated");
         assert_eq!(document.root.nodes[0].translation, Some([0.5, 1.0, 1.5]));
         assert_eq!(document.root.materials[0].pbr_metallic_roughness.roughness_factor.0, 0.25);
         let unknown = GltfChoices { animation: Some("goo".into()), ..choices };
-        let error = pose(&mut document, &mut reporter, &unknown).expect_err("no such animation");
+        let error = posed(&builder, &unknown).err().expect("no such animation");
         assert_eq!(error.help.as_deref(), Some("did you mean \"go\"?"));
+    }
+
+    /// The asset object model: lists of weights are as long as there are targets, whether they are written or not.
+    #[test]
+    fn single_weights_are_set_where_none_are_written() {
+        let mut builder = Builder::default();
+        let times = builder.floats(&[0.0, 1.0], "SCALAR");
+        let values = builder.floats(&[0.0, 1.0], "SCALAR");
+        let positions = builder.floats(&[0.0; 9], "VEC3");
+        let primitive = format!(
+            r#"{{"attributes":{{"POSITION":{positions}}},"targets":[{{"POSITION":{positions}}},{{"POSITION":{positions}}}]}}"#
+        );
+        for (weights, pointer, of_node, of_mesh) in [
+            ("", "/nodes/0/weights/1", Some(vec![0.0, 0.25]), None),
+            (r#","weights":[0.5,0.75]"#, "/nodes/0/weights/1", Some(vec![0.5, 0.25]), Some(vec![0.5, 0.75])),
+            ("", "/meshes/0/weights/0", None, Some(vec![0.25, 0.0])),
+            ("", "/meshes/0/weights/2", None, Some(vec![0.0, 0.0])),
+            ("", "/nodes/1/weights/0", None, None),
+            ("", "/nodes/0/translation/1", None, None),
+        ] {
+            builder.rest = format!(
+                r#","nodes":[{{"mesh":0}},{{}}],"meshes":[{{"primitives":[{primitive}]{weights}}}],"animations":[{{
+                "samplers":[{{"input":{times},"output":{values}}}],"channels":[{{"sampler":0,"target":{{"path":"pointer",
+                "extensions":{{"KHR_animation_pointer":{{"pointer":"{pointer}"}}}}}}}}]}}]"#
+            );
+            let choices = GltfChoices { time: Some(0.25), ..GltfChoices::default() };
+            let (document, _) = posed(&builder, &choices).unwrap_or_else(|error| panic!("{pointer}: {error}"));
+            let found = (&document.root.nodes[0].weights, &document.root.meshes[0].weights);
+            assert_eq!(found, (&of_node, &of_mesh), "{pointer} beside {weights:?}");
+        }
     }
 
     /// Two meters a second along x: half a second later one meter farther, in sixteen even steps.
@@ -377,18 +420,17 @@ mod tests {
             r#","nodes":[{{}}],"animations":[{{"samplers":[{{"input":{times},"output":{places}}}],
             "channels":[{{"sampler":0,"target":{{"node":0,"path":"translation"}}}}]}}]"#
         );
-        let mut reporter = Reporter { file: String::new(), said: Vec::new() };
-        let mut posed = |time, shutter| {
-            let mut document = open(&builder).expect("it is whole");
+        let at = |time, shutter| {
             let choices = GltfChoices { time, shutter, ..GltfChoices::default() };
-            pose(&mut document, &mut reporter, &choices).expect("it can be animated");
-            document
+            posed(&builder, &choices).expect("it can be animated")
         };
-        let document = posed(Some(0.25), Some(0.5));
+        let (document, _) = at(Some(0.25), Some(0.5));
         assert_eq!(document.root.nodes[0].translation, Some([0.5, 1.0, 1.5]));
         let along: Vec<f32> = document.steps.iter().map(|step| step[0].translation.x).collect();
         assert_eq!(along, (1..=16).map(|step| 0.5 + step as f32 / 16.0).collect::<Vec<_>>());
-        assert!(posed(Some(0.25), None).steps.is_empty() && posed(None, Some(0.5)).steps.is_empty());
-        assert!(reporter.said.iter().any(|said| said.message.contains("at no moment")), "{:?}", reporter.said);
+        assert!(at(Some(0.25), None).0.steps.is_empty());
+        let (document, said) = at(None, Some(0.5));
+        assert!(document.steps.is_empty());
+        assert!(said.iter().any(|said| said.message.contains("at no moment")), "{said:?}");
     }
 }

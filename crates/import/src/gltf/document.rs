@@ -10,8 +10,8 @@ use gltf::json::{Index, Root, Value, buffer};
 
 use super::container::{Container, Uri};
 use super::extensions::{self, meshopt};
-use super::{Found, Reporter, broken, is_gltf, validate};
-use crate::diagnostics::Code;
+use super::{Found, Reporter, broken, is_gltf, typed, validate};
+use crate::diagnostics::{Code, Diagnostic};
 use crate::hash::Digest;
 use crate::sandbox::Refusal;
 use crate::session::{Session, describe};
@@ -50,7 +50,7 @@ impl Document {
         if let Some(object) = value.as_object_mut() {
             object.remove("animations");
         }
-        let root = typed(&value)?;
+        let root = typed(&value, "")?;
         check_version(&root)?;
         extensions::check(&root, reporter)?;
         validate::check(&root, &value)?;
@@ -83,7 +83,7 @@ impl Document {
 
     /// Reads the types from the values again, after these changed.
     pub(super) fn retype(&mut self) -> Found<()> {
-        self.root = typed(&self.value)?;
+        self.root = typed(&self.value, "")?;
         Ok(())
     }
 
@@ -117,16 +117,6 @@ impl Document {
     pub(super) fn read(&self, session: &mut Session, uri: &str, path: &str) -> Found<Vec<u8>> {
         read(session, &self.folder, uri, path)
     }
-}
-
-fn typed(value: &Value) -> Found<Root> {
-    Ok(serde_path_to_error::deserialize(value).map_err(|error| {
-        let path = match error.path().to_string() {
-            path if path == "." => String::new(),
-            path => path,
-        };
-        broken(path, error.inner().to_string())
-    })?)
 }
 
 fn check_version(root: &Root) -> Found<()> {
@@ -178,8 +168,7 @@ fn read(session: &mut Session, folder: &Path, uri: &str, path: &str) -> Found<Ve
         Ok((bytes, _)) => Ok(bytes),
         Err(refusal) => {
             let (code, reason) = describe(&refusal);
-            let mut problem = broken(path, format!("cannot read {name:?}: {reason}"));
-            problem.code = code;
+            let problem = Diagnostic { code, ..broken(path, format!("cannot read {name:?}: {reason}")) };
             Err(Box::new(match refusal {
                 Refusal::Outside => problem
                     .expected("a file in the folder of the glTF file or below it")

@@ -10,12 +10,11 @@ use brewster_world::components::parts::{Channel, Encoding, Texture};
 use brewster_world::components::{Color, Detail, Material, NormalMap, Opacity, Principled, Scalar};
 use glam::Vec3;
 use gltf::json::material::AlphaMode;
-use gltf::json::{self, Value, texture};
-use serde::de::DeserializeOwned;
-use serde_json::Map;
+use gltf::json::{self, Value};
 
 use super::document::Document;
 use super::extensions::{self, others};
+use super::fields::Fields;
 use super::meshes::Tangents;
 use super::textures::{Info, Textures};
 use super::{Found, Reporter};
@@ -24,13 +23,13 @@ use crate::session::Session;
 
 /// Reads one material.
 pub(super) struct Reader<'r, 'i> {
-    pub session: &'r mut Session<'i>,
-    pub reporter: &'r mut Reporter,
-    pub document: &'r Document,
-    pub textures: &'r mut Textures,
-    /// The material, and where it stands.
+    session: &'r mut Session<'i>,
+    reporter: &'r mut Reporter,
+    document: &'r Document,
+    textures: &'r mut Textures,
+    /// The material, typed and as it stands in the file.
     material: &'r json::Material,
-    path: String,
+    own: &'r Fields<'r>,
 }
 
 /// A number in 0..=1.
@@ -49,7 +48,8 @@ pub(super) fn material(
     let default = json::Material::default();
     let material = index.map_or(&default, |index| &document.root.materials[index]);
     let path = index.map_or_else(String::new, |index| format!("materials[{index}]"));
-    let mut reader = Reader { session, reporter, document, textures, material, path };
+    let own = Fields::new(index.and_then(|index| document.value.get("materials")?.get(index)), path);
+    let mut reader = Reader { session, reporter, document, textures, material, own: &own };
     let mut principled = reader.metallic_roughness()?;
     let p = &mut principled;
     let r = &mut reader;
@@ -69,7 +69,7 @@ pub(super) fn material(
     extensions::khr_materials_unlit::apply(r, p)?;
     let (alpha, texture) = match converted {
         Some(converted) => converted,
-        None => reader.alpha()?,
+        None => reader.alpha(&own.within("pbrMetallicRoughness"), "baseColorFactor", "baseColorTexture")?,
     };
     let mut alpha = Scalar { factor: alpha, texture: texture.map(|texture| (texture, Channel::A)) };
     if is_tinted {
@@ -87,82 +87,57 @@ pub(super) fn material(
     // Light has to leave what it has entered.
     let lets_light_through = principled.transmission.factor > 0.0 || principled.diffuse_transmission.factor > 0.0;
     let front_only = !material.double_sided && !lets_light_through && principled.volume.is_none();
-    let detail = Detail { normal: reader.normal()?, bump: None, opacity, front_only };
+    let detail = Detail { normal: reader.normal(&own, "normalTexture")?, bump: None, opacity, front_only };
     reader.note_decisions(lets_light_through);
     Ok((Material::Principled(Box::new(principled)), detail))
 }
 
 /// What the material of a row needs of the meshes that wear it.
 pub(super) fn tangents(document: &Document, index: Option<usize>) -> Tangents {
-    let Some(material) = index.map(|index| &document.root.materials[index]) else { return Tangents::AsTheyAre };
-    let moved = |others: Option<&Map<String, Value>>| {
-        others?.get("KHR_texture_transform")?.get("texCoord")?.as_u64().map(|set| set as u32)
+    let material = index.and_then(|index| document.value.get("materials")?.get(index));
+    let within = |pointer: &str| material?.pointer(pointer).filter(|value| value.is_object());
+    let set = |pointer: &str| {
+        let map = within(pointer)?;
+        let set = map.pointer("/extensions/KHR_texture_transform/texCoord").or_else(|| map.get("texCoord"));
+        Some(set.and_then(Value::as_u64).unwrap_or(0) as u32)
     };
-    if let Some(map) = &material.normal_texture {
-        return Tangents::Along(moved(others!(map)).unwrap_or(map.tex_coord));
-    }
-    let of = |name: &str, field: &str| {
-        let found = others!(material)?.get(name)?.get(field)?;
-        found.get("texCoord").map_or(Some(0), Value::as_u64).map(|set| set as u32)
-    };
-    let set = of("KHR_materials_anisotropy", "anisotropyTexture");
-    let turned = others!(material).is_some_and(|others| others.contains_key("KHR_materials_anisotropy")).then_some(0);
-    match set.or(turned).or_else(|| of("KHR_materials_clearcoat", "clearcoatNormalTexture")) {
-        Some(set) => Tangents::Along(set),
-        None => Tangents::AsTheyAre,
-    }
+    // What is anisotropic has a direction, textured or not.
+    let found = set("/normalTexture")
+        .or_else(|| set("/extensions/KHR_materials_anisotropy/anisotropyTexture"))
+        .or_else(|| within("/extensions/KHR_materials_anisotropy").and(Some(0)))
+        .or_else(|| set("/extensions/KHR_materials_clearcoat/clearcoatNormalTexture"));
+    found.map_or(Tangents::AsTheyAre, Tangents::Along)
 }
 
-impl Reader<'_, '_> {
+impl<'r> Reader<'r, '_> {
     fn metallic_roughness(&mut self) -> Found<Principled> {
-        let material = self.material;
-        let pbr = &material.pbr_metallic_roughness;
-        let path = format!("{}.pbrMetallicRoughness", self.path);
-        let [r, g, b, _] = pbr.base_color_factor.0.map(unit);
-        let base = pbr.base_color_texture.as_ref().map(info);
-        let data = pbr.metallic_roughness_texture.as_ref().map(info);
-        let at_data = format!("{path}.metallicRoughnessTexture");
-        let emission = material.emissive_texture.as_ref().map(info);
-        let factor = material.emissive_factor.0.map(|factor| factor.clamp(0.0, f32::MAX));
+        let (own, pbr) = (self.own, self.own.within("pbrMetallicRoughness"));
+        let [r, g, b, _] = pbr.get("baseColorFactor", [1.0; 4])?.map(unit);
+        let emission = own.get("emissiveFactor", [0.0f32; 3])?.map(|factor| factor.clamp(0.0, f32::MAX));
+        let data = "metallicRoughnessTexture";
         Ok(Principled {
-            base_color: self.color([r, g, b], &base, Encoding::Srgb, &format!("{path}.baseColorTexture"))?,
-            metallic: self.scalar(unit(pbr.metallic_factor.0), &data, Channel::B, &at_data)?,
-            roughness: self.scalar(unit(pbr.roughness_factor.0), &data, Channel::G, &at_data)?,
-            emission: self.color(factor, &emission, Encoding::Srgb, &format!("{}.emissiveTexture", self.path))?,
+            base_color: self.color(&pbr, [r, g, b], "baseColorTexture")?,
+            metallic: self.scalar(&pbr, ("metallicFactor", 1.0), (data, Channel::B))?,
+            roughness: self.scalar(&pbr, ("roughnessFactor", 1.0), (data, Channel::G))?,
+            emission: self.color(own, emission, "emissiveTexture")?,
             ..Principled::default()
         })
     }
 
-    /// How much of the surface is there, and the texture whose alpha is a factor of that.
-    fn alpha(&mut self) -> Found<(f32, Option<Texture>)> {
-        let pbr = &self.material.pbr_metallic_roughness;
-        let path = format!("{}.pbrMetallicRoughness.baseColorTexture", self.path);
-        let texture = match pbr.base_color_texture.as_ref().map(info) {
-            Some(info) if self.material.alpha_mode.unwrap() != AlphaMode::Opaque => {
-                self.texture(&info, Encoding::Srgb, &path)?
-            }
-            _ => None,
+    /// How much of the surface is there, and the texture whose alpha is a factor of that: the names of a color's factor and texture.
+    pub(super) fn alpha(&mut self, of: &Fields, factor: &str, texture: &str) -> Found<(f32, Option<Texture>)> {
+        let texture = match self.material.alpha_mode.unwrap() {
+            AlphaMode::Opaque => None,
+            _ => self.texture(of, texture, Encoding::Srgb)?,
         };
-        Ok((unit(pbr.base_color_factor.0[3]), texture))
-    }
-
-    fn normal(&mut self) -> Found<Option<NormalMap>> {
-        let Some(map) = &self.material.normal_texture else { return Ok(None) };
-        let path = format!("{}.normalTexture", self.path);
-        let info = Info {
-            index: map.index.value(),
-            tex_coord: map.tex_coord,
-            scale: map.scale,
-            extensions: others!(map).cloned(),
-        };
-        let scale = if map.scale.is_finite() { map.scale } else { 1.0 };
-        Ok(self.texture(&info, Encoding::Linear, &path)?.map(|texture| NormalMap { texture, scale }))
+        let [.., alpha] = of.get(factor, [1.0; 4])?;
+        Ok((unit(alpha), texture))
     }
 
     fn note_decisions(&mut self, lets_light_through: bool) {
         if self.material.occlusion_texture.is_some() {
             let message = "occlusion textures are not used: shadows in corners are traced";
-            self.reporter.note(Code::Decision, format!("{}.occlusionTexture", self.path), message);
+            self.reporter.note(Code::Decision, self.own.path_of("occlusionTexture"), message);
         }
         if !self.material.double_sided {
             let message = match lets_light_through {
@@ -172,44 +147,45 @@ impl Reader<'_, '_> {
                 true => "cameras see both sides of materials that let light through, double-sided or not",
             };
             // The default material stands nowhere in the file.
-            let path = if self.path.is_empty() { String::new() } else { format!("{}.doubleSided", self.path) };
+            let path = if self.own.is_absent() { String::new() } else { self.own.path_of("doubleSided") };
             self.reporter.note(Code::Decision, path, message);
         }
     }
 
-    /// What an extension of the material holds, and its path.
-    pub(super) fn extension<T: DeserializeOwned>(&self, name: &str) -> Found<Option<(T, String)>> {
-        let found = extensions::read(others!(self.material), name, &self.path)?;
-        Ok(found.map(|found| (found, format!("{}.extensions.{name}", self.path))))
+    /// What an extension of the material holds.
+    pub(super) fn extension(&self, name: &str) -> Found<Option<Fields<'r>>> {
+        extensions::fields(others!(self.material), name, self.own.path())
     }
 
-    /// The texture that a reference means; none where it cannot be read.
-    pub(super) fn texture(&mut self, info: &Info, encoding: Encoding, path: &str) -> Found<Option<Texture>> {
-        self.textures.texture((self.session, self.reporter), self.document, info, encoding, path)
+    /// The texture that a field refers to; none where it cannot be read.
+    pub(super) fn texture(&mut self, of: &Fields, name: &str, encoding: Encoding) -> Found<Option<Texture>> {
+        let Some(info) = of.get::<Option<Info>>(name, None)? else { return Ok(None) };
+        self.textures.texture((self.session, self.reporter), self.document, &info, encoding, &of.path_of(name))
     }
 
-    /// A number, times a channel of a texture.
-    pub(super) fn scalar(&mut self, factor: f32, info: &Option<Info>, channel: Channel, path: &str) -> Found<Scalar> {
-        let texture = match info {
-            Some(info) if factor != 0.0 => self.texture(info, Encoding::Linear, path)?,
-            _ => None,
-        };
+    /// The normal map that a field refers to.
+    pub(super) fn normal(&mut self, of: &Fields, name: &str) -> Found<Option<NormalMap>> {
+        let scale: f32 = of.within(name).get("scale", 1.0)?;
+        let scale = if scale.is_finite() { scale } else { 1.0 };
+        Ok(self.texture(of, name, Encoding::Linear)?.map(|texture| NormalMap { texture, scale }))
+    }
+
+    /// A number in 0..=1, times a channel of a texture: the names of both, and the number where none is given.
+    pub(super) fn scalar(
+        &mut self,
+        of: &Fields,
+        (factor, default): (&str, f32),
+        (texture, channel): (&str, Channel),
+    ) -> Found<Scalar> {
+        let factor = unit(of.get(factor, default)?);
+        let texture = if factor == 0.0 { None } else { self.texture(of, texture, Encoding::Linear)? };
         Ok(Scalar { factor, texture: texture.map(|texture| (texture, channel)) })
     }
 
     /// A color, times a texture's.
-    pub(super) fn color(
-        &mut self,
-        factor: [f32; 3],
-        info: &Option<Info>,
-        encoding: Encoding,
-        path: &str,
-    ) -> Found<Color> {
+    pub(super) fn color(&mut self, of: &Fields, factor: [f32; 3], texture: &str) -> Found<Color> {
         let factor = Vec3::from_array(factor);
-        let texture = match info {
-            Some(info) if factor != Vec3::ZERO => self.texture(info, encoding, path)?,
-            _ => None,
-        };
+        let texture = if factor == Vec3::ZERO { None } else { self.texture(of, texture, Encoding::Srgb)? };
         Ok(match texture {
             None => Color::Constant(factor),
             Some(texture) if factor == Vec3::ONE => Color::Texture(texture),
@@ -229,7 +205,36 @@ fn tint(color: &mut Color) {
     }
 }
 
-/// A reference as the `gltf` crate has it.
-fn info(info: &texture::Info) -> Info {
-    Info { index: info.index.value(), tex_coord: info.tex_coord, scale: 1.0, extensions: others!(info).cloned() }
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gltf::testing::{Builder, document};
+
+    #[test]
+    fn tangents_run_along_the_coordinates_that_a_material_looks_up_by() {
+        let moved = r#"{"index":0,"texCoord":0,"extensions":{"KHR_texture_transform":{"texCoord":1}}}"#;
+        let anisotropy = |map: &str| format!(r#""extensions":{{"KHR_materials_anisotropy":{{{map}}}}}"#);
+        let clearcoat = |map: &str| format!(r#""extensions":{{"KHR_materials_clearcoat":{{{map}}}}}"#);
+        for (material, expected) in [
+            (String::new(), Tangents::AsTheyAre),
+            (r#""normalTexture":{"index":0}"#.into(), Tangents::Along(0)),
+            (r#""normalTexture":{"index":0,"texCoord":1}"#.into(), Tangents::Along(1)),
+            (format!(r#""normalTexture":{moved}"#), Tangents::Along(1)),
+            (anisotropy(""), Tangents::Along(0)),
+            (anisotropy(r#""anisotropyTexture":{"index":0,"texCoord":1}"#), Tangents::Along(1)),
+            (anisotropy(&format!(r#""anisotropyTexture":{moved}"#)), Tangents::Along(1)),
+            (
+                format!(r#""normalTexture":{{"index":0}},{}"#, anisotropy(&format!(r#""anisotropyTexture":{moved}"#))),
+                Tangents::Along(0),
+            ),
+            (clearcoat(""), Tangents::AsTheyAre),
+            (clearcoat(r#""clearcoatNormalTexture":{"index":0}"#), Tangents::Along(0)),
+            (clearcoat(&format!(r#""clearcoatNormalTexture":{moved}"#)), Tangents::Along(1)),
+        ] {
+            let rest =
+                format!(r#","images":[{{"uri":"a.png"}}],"textures":[{{"source":0}}],"materials":[{{{material}}}]"#);
+            let builder = Builder { rest, ..Builder::default() };
+            assert_eq!(tangents(&document(&builder), Some(0)), expected, "{material}");
+        }
+    }
 }

@@ -1,6 +1,6 @@
 //! glTF 2.0 files: [`container`] takes the file apart, [`document`] types and checks its JSON and reads its buffers,
-//! [`accessors`] reads numbers, [`nodes`] lists the entities with their [`meshes`], [`materials`], [`cameras`] and lights.
-//! [`extensions`] holds what extensions add.
+//! [`accessors`] reads numbers and [`fields`] objects, [`nodes`] lists the entities with their [`meshes`], [`materials`],
+//! [`cameras`] and lights. [`extensions`] holds what extensions add.
 //!
 //! A broken file is one error, which names the place in the JSON. What is left out without harm is a warning. What is made of
 //! every extension, and of what the specification leaves open, is a note.
@@ -11,6 +11,7 @@ mod cameras;
 mod container;
 mod document;
 mod extensions;
+mod fields;
 mod materials;
 mod meshes;
 mod nodes;
@@ -25,6 +26,8 @@ use std::path::Path;
 
 use brewster_world::components as world;
 use brewster_world::components::parts;
+use gltf::json::Value;
+use serde::de::DeserializeOwned;
 
 use crate::diagnostics::{Code, Diagnostic, Severity};
 use crate::environment::View;
@@ -74,6 +77,23 @@ fn broken(path: impl Into<String>, message: impl Into<String>) -> Diagnostic {
     Diagnostic::about_path(Severity::Error, Code::Gltf, path, message)
 }
 
+/// An error about a limit.
+fn too_much(path: impl Into<String>, message: impl Into<String>) -> Diagnostic {
+    Diagnostic { code: Code::Limit, ..broken(path, message) }
+}
+
+/// A value of the JSON as a type; `path` is its place.
+fn typed<T: DeserializeOwned>(value: &Value, path: &str) -> Found<T> {
+    serde_path_to_error::deserialize(value).map_err(|error| {
+        let place = match error.path().to_string() {
+            within if within == "." => path.to_owned(),
+            within if path.is_empty() || within.starts_with('[') => format!("{path}{within}"),
+            within => format!("{path}.{within}"),
+        };
+        Box::new(broken(place, error.inner().to_string()))
+    })
+}
+
 /// Collects what there is to say about the file beside errors.
 struct Reporter {
     file: String,
@@ -81,6 +101,10 @@ struct Reporter {
 }
 
 impl Reporter {
+    fn new(file: impl Into<String>) -> Reporter {
+        Reporter { file: file.into(), said: Vec::new() }
+    }
+
     fn warn(&mut self, code: Code, path: impl Into<String>, message: impl Into<String>) {
         self.say(Severity::Warning, code, path, message);
     }
@@ -121,7 +145,7 @@ pub(crate) fn load(session: &mut Session, path: &Path, options: &LoadOptions) ->
 
 /// The same of a file whose bytes are known.
 pub(crate) fn load_bytes(session: &mut Session, path: &Path, bytes: &[u8], options: &LoadOptions) -> Option<Scene> {
-    let mut reporter = Reporter { file: path.to_string_lossy().into_owned(), said: Vec::new() };
+    let mut reporter = Reporter::new(path.to_string_lossy());
     let scene = read(session, &mut reporter, path, bytes, options);
     let file = reporter.file.clone();
     reporter.finish(&mut session.found);
@@ -185,7 +209,7 @@ pub(crate) fn part(
     node: Option<(&str, Span)>,
     span: Span,
 ) -> Option<Vec<Row>> {
-    let mut reporter = Reporter { file: asset.name.clone(), said: Vec::new() };
+    let mut reporter = Reporter::new(asset.name.as_str());
     let rows = read_part((session, &mut reporter), asset, choices, node, span);
     reporter.finish(&mut session.found);
     match rows {

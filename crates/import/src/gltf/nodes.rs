@@ -18,7 +18,7 @@ use super::document::Document;
 use super::extensions::{ext_mesh_gpu_instancing, khr_lights_punctual, khr_materials_variants, khr_node_visibility};
 use super::meshes::Pose;
 use super::textures::Textures;
-use super::{Found, GltfChoices, Reporter, broken, cameras, choose, materials, meshes, skins};
+use super::{Found, GltfChoices, Reporter, broken, cameras, choose, materials, meshes, skins, too_much};
 use crate::diagnostics::Code;
 use crate::keys::Keys;
 use crate::limits::{Budget, Exceeded};
@@ -138,9 +138,8 @@ fn walk(document: &Document, roots: &[usize], deepest: u64) -> Found<(Vec<usize>
         while let Some((node, depth)) = open.pop() {
             if depth > deepest {
                 let exceeded = Exceeded { name: "hierarchy", bound: deepest };
-                let mut problem = broken(format!("nodes[{node}]"), format!("too many parents of parents: {exceeded}"));
-                problem.code = Code::Limit;
-                return Err(problem.into());
+                let message = format!("too many parents of parents: {exceeded}");
+                return Err(too_much(format!("nodes[{node}]"), message).into());
             }
             order.push(node);
             let children = nodes[node].children.as_deref().unwrap_or_default();
@@ -318,17 +317,15 @@ impl Spawner<'_, '_> {
             None => Vec::new(),
         };
         let weights = document.root.nodes[node].weights.as_ref().or(mesh.weights.as_ref());
-        let weights = weights.map_or(&[][..], Vec::as_slice);
-        let is_bent = !joints.is_empty() || weights.iter().any(|&weight| weight != 0.0);
-        let pose = Pose { weights, joints: &joints };
-        let known = self.meshes.get(&index).filter(|_| !is_bent).cloned();
+        let pose = Pose { weights: weights.map_or(&[], Vec::as_slice), joints: &joints };
+        let known = self.meshes.get(&index).filter(|_| pose.is_rest()).cloned();
         let shapes = match known {
             Some(shapes) => shapes,
             None => {
                 let shapes: Vec<_> = (0..mesh.primitives.len())
                     .map(|primitive| self.shape((index, primitive), pose))
                     .collect::<Found<_>>()?;
-                if !is_bent {
+                if pose.is_rest() {
                     self.meshes.insert(index, shapes.clone());
                 }
                 shapes
@@ -339,10 +336,8 @@ impl Spawner<'_, '_> {
             if let Some(shape) = shape {
                 let path = format!("meshes[{index}].primitives[{at}]");
                 let material = khr_materials_variants::material(&document.root, primitive, self.variant, &path)?;
-                primitives.push((
-                    shape,
-                    self.material(material, primitive.attributes.contains_key(&Checked::Valid(Semantic::Colors(0))))?,
-                ));
+                let is_tinted = primitive.attributes.contains_key(&Checked::Valid(Semantic::Colors(0)));
+                primitives.push((shape, self.material(material, is_tinted)?));
             }
         }
         Ok(primitives)
@@ -352,9 +347,8 @@ impl Spawner<'_, '_> {
     fn shape(&mut self, (mesh, primitive): (usize, usize), pose: Pose) -> Found<Option<Arc<world::Shape>>> {
         let path = format!("meshes[{mesh}].primitives[{primitive}]");
         let of = &self.document.root.meshes[mesh].primitives[primitive];
-        let is_plain = pose.joints.is_empty() && pose.weights.iter().all(|&weight| weight == 0.0);
         let place = (self.digest, mesh, primitive);
-        let known = self.session.assets.primitives.get(&place).filter(|_| is_plain);
+        let known = self.session.assets.primitives.get(&place).filter(|_| pose.is_rest());
         if let Some(mesh) = known {
             return Ok(Some(Arc::new(world::Shape::Mesh(Arc::clone(mesh)))));
         }
@@ -363,7 +357,7 @@ impl Spawner<'_, '_> {
         let read: Option<TriangleMesh> =
             meshes::read(self.document, &mut self.session.budgets, self.reporter, of, &path, (pose, tangents))?;
         let Some(mesh) = read.map(Arc::new) else { return Ok(None) };
-        if is_plain {
+        if pose.is_rest() {
             self.session.assets.primitives.insert(place, Arc::clone(&mesh));
         }
         Ok(Some(Arc::new(world::Shape::Mesh(mesh))))
@@ -392,11 +386,7 @@ impl Spawner<'_, '_> {
 
     fn push(&mut self, key: u64, name: Option<&str>, parent: Option<u32>, place: Affine3A) -> Found<u32> {
         let taken = self.budget.take(1);
-        taken.map_err(|over| {
-            let mut problem = broken("nodes", format!("the scene has too many entities: {over}"));
-            problem.code = Code::Limit;
-            problem
-        })?;
+        taken.map_err(|over| too_much("nodes", format!("the scene has too many entities: {over}")))?;
         let row = Row { name: name.map(Arc::from), parent, transform: Some(place), ..Row::at(key, self.span) };
         self.rows.push(row);
         Ok(self.rows.len() as u32 - 1)

@@ -1,10 +1,16 @@
 //! Small glTF files, built by hand for tests.
 
 use std::path::Path;
+use std::sync::Arc;
+
+use brewster_world::components::parts::TriangleMesh;
+use brewster_world::components::{Detail, Shape};
 
 use super::document::Document;
-use super::{Found, Reporter};
+use super::{Reporter, load_bytes};
+use crate::LoadOptions;
 use crate::limits::Limits;
+use crate::scene::{Part, Scene};
 use crate::session::{Assets, Session};
 
 /// A file's parts as JSON texts.
@@ -71,15 +77,29 @@ impl Builder {
     }
 }
 
-/// The document of a file, or what is wrong with it.
-pub(super) fn open(builder: &Builder) -> Found<Document> {
+/// The scene of a file, or all that was said of one that is wrong.
+pub(super) fn load(builder: &Builder, limits: Limits) -> Result<Scene, String> {
+    let path = Path::new("test.gltf");
     let mut assets = Assets::default();
-    let mut session = Session::new(Path::new("test.gltf"), &[], Limits::DEFAULT, &mut assets);
-    let mut reporter = Reporter { file: "test.gltf".into(), said: Vec::new() };
-    Document::open(&mut session, &mut reporter, builder.text().as_bytes(), Path::new("."))
+    let mut session = Session::new(path, &[], limits, &mut assets);
+    let scene = load_bytes(&mut session, path, builder.text().as_bytes(), &LoadOptions::default());
+    scene.ok_or_else(|| format!("{:?}", session.found.finish()))
+}
+
+/// The triangles of the only mesh of a file that is right, and what they wear.
+pub(super) fn load_mesh(builder: &Builder) -> (Arc<TriangleMesh>, Detail) {
+    let scene = load(builder, Limits::DEFAULT).unwrap_or_else(|said| panic!("{said}"));
+    let row = scene.rows.iter().find(|row| !matches!(row.shape, Part::None)).expect("a mesh");
+    let Part::Own(shape) = &row.shape else { panic!("{row:?}") };
+    let (Shape::Mesh(mesh), Part::Of(material)) = (&**shape, &row.material) else { panic!("{row:?}") };
+    (Arc::clone(mesh), scene.rows[*material as usize].detail.as_deref().cloned().unwrap_or_default())
 }
 
 /// The document of a file that is right.
 pub(super) fn document(builder: &Builder) -> Document {
-    open(builder).unwrap_or_else(|error| panic!("{error}"))
+    let mut assets = Assets::default();
+    let mut session = Session::new(Path::new("test.gltf"), &[], Limits::DEFAULT, &mut assets);
+    let document =
+        Document::open(&mut session, &mut Reporter::new("test.gltf"), builder.text().as_bytes(), Path::new("."));
+    document.unwrap_or_else(|error| panic!("{error}"))
 }

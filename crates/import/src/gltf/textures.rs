@@ -21,9 +21,8 @@ use super::document::Document;
 use super::extensions::{self, others};
 use super::{Found, Reporter, broken};
 use crate::diagnostics::{Code, Diagnostic, Severity};
-use crate::hash::Digest;
-use crate::image;
 use crate::session::Session;
+use crate::{hash, image};
 
 /// A reference to a texture, wherever in the file it stands: plain, of a normal map, or in an extension.
 #[derive(Clone, Debug, Deserialize)]
@@ -32,15 +31,8 @@ pub(super) struct Info {
     pub index: usize,
     #[serde(default)]
     pub tex_coord: u32,
-    /// Of normal maps.
-    #[serde(default = "one")]
-    pub scale: f32,
     #[serde(default)]
     pub extensions: Option<Map<String, Value>>,
-}
-
-fn one() -> f32 {
-    1.0
 }
 
 /// `KHR_texture_transform`: scaled, then turned counterclockwise as v points down, then moved.
@@ -93,7 +85,7 @@ impl Textures {
         let mut files = Vec::new();
         for index in sources {
             let Ok(bytes) = bytes(session, document, index) else { continue };
-            let digest = digest(&bytes);
+            let digest = hash::of(&bytes);
             if !session.assets.pictures.contains_key(&digest) && image::reserve(&bytes, &mut pixels).is_ok() {
                 files.push((digest, bytes));
             }
@@ -169,30 +161,7 @@ impl Textures {
         if let Some(known) = self.images.get(&index) {
             return Ok(known.clone());
         }
-        let path = format!("images[{index}]");
-        let image = &document.root.images[index];
-        let name =
-            image.name.as_deref().or(image.uri.as_deref().filter(|uri| !uri.starts_with("data:"))).unwrap_or(&path);
-        let explain = |error: image::Unreadable| {
-            let about = Diagnostic::about_path(Severity::Error, error.code(), path.as_str(), "");
-            Box::new(error.explain(about, name))
-        };
-        let file = match self.ahead.get(&index) {
-            Some(&digest) => Ok((digest, None)),
-            None => bytes(session, document, index).map(|bytes| (digest(&bytes), Some(bytes))),
-        };
-        let read = file.and_then(|(digest, file)| {
-            // An edit elsewhere in the file, or another time of its animation, leaves the pixels where they are in memory.
-            if let Some(known) = session.assets.pictures.get(&digest) {
-                image::take(&mut session.budgets.pixels, known.width, known.height).map_err(explain)?;
-                return Ok(Arc::clone(known));
-            }
-            let file = file.map_or_else(|| bytes(session, document, index), Ok)?;
-            let read = image::read(&file, &mut session.budgets.pixels).map(Arc::new).map_err(explain)?;
-            session.assets.pictures.insert(digest, Arc::clone(&read));
-            Ok(read)
-        });
-        let read = match read {
+        let read = match self.read(session, document, index) {
             Ok(read) => Some(read),
             // Too much is too much; what is missing or broken can be done without.
             Err(problem) if matches!(problem.code, Code::Limit | Code::Sandbox) => return Err(problem),
@@ -202,6 +171,28 @@ impl Textures {
             }
         };
         self.images.insert(index, read.clone());
+        Ok(read)
+    }
+
+    fn read(&self, session: &mut Session, document: &Document, index: usize) -> Found<Arc<Image>> {
+        let path = format!("images[{index}]");
+        let image = &document.root.images[index];
+        let name =
+            image.name.as_deref().or(image.uri.as_deref().filter(|uri| !uri.starts_with("data:"))).unwrap_or(&path);
+        let explain = |error: image::Unreadable| {
+            let about = Diagnostic::about_path(Severity::Error, error.code(), path.as_str(), "");
+            Box::new(error.explain(about, name))
+        };
+        let file = if self.ahead.contains_key(&index) { None } else { Some(bytes(session, document, index)?) };
+        let digest = file.as_ref().map_or_else(|| self.ahead[&index], |file| hash::of(file));
+        // An edit elsewhere in the file, or another time of its animation, leaves the pixels where they are in memory.
+        if let Some(known) = session.assets.pictures.get(&digest) {
+            image::take(&mut session.budgets.pixels, known.width, known.height).map_err(explain)?;
+            return Ok(Arc::clone(known));
+        }
+        let file = file.map_or_else(|| bytes(session, document, index), Ok)?;
+        let read = image::read(&file, &mut session.budgets.pixels).map(Arc::new).map_err(explain)?;
+        session.assets.pictures.insert(digest, Arc::clone(&read));
         Ok(read)
     }
 }
@@ -227,25 +218,15 @@ fn bytes<'d>(session: &mut Session, document: &'d Document, index: usize) -> Fou
     }
 }
 
-fn digest(bytes: &[u8]) -> u64 {
-    let mut digest = Digest::default();
-    digest.update(bytes);
-    digest.finish()
-}
-
 /// The image of a texture: of its extensions' if there is one, since they are there to be preferred.
 fn source(root: &json::Root, texture: &json::Texture, path: &str) -> Found<Option<usize>> {
-    #[derive(Deserialize)]
-    struct Source {
-        source: usize,
-    }
     let plain = Some(texture.source.value())
         .filter(|&index| texture.source != Index::new(u32::MAX) && index < root.images.len());
     for name in ["KHR_texture_basisu", "EXT_texture_webp"] {
-        if let Some(Source { source }) = extensions::read(others!(texture), name, path)? {
+        if let Some(found) = extensions::fields(others!(texture), name, path)? {
+            let source: usize = found.need("source")?;
             if source >= root.images.len() {
-                let message = format!("there is no images[{source}]");
-                return Err(broken(format!("{path}.extensions.{name}.source"), message).into());
+                return Err(broken(found.path_of("source"), format!("there is no images[{source}]")).into());
             }
             return Ok(Some(source));
         }

@@ -28,7 +28,8 @@ pub(super) fn write(picture: &Image) -> Result<Vec<u8>, String> {
     let channels = SpecificChannels::rgb(|place: Vec2<usize>| -> (f32, f32, f32) { pixel(place) });
     let mut bytes = Cursor::new(Vec::new());
     let file = exr::prelude::Image::from_channels((width, picture.height as usize), channels);
-    file.write().to_buffered(&mut bytes).map_err(|error| error.to_string())?;
+    // In the order of rows: threads would write blocks as they come.
+    file.write().non_parallel().to_buffered(&mut bytes).map_err(|error| error.to_string())?;
     Ok(bytes.into_inner())
 }
 

@@ -183,6 +183,17 @@ fn tame(value: f32) -> f32 {
 mod tests {
     use super::*;
 
+    #[test]
+    fn linear_numbers_are_the_same_file_every_time() {
+        let texels = Texels::Floats((0..256 * 512).map(|at| [at as f32, (at / 256) as f32, 0.5]).collect());
+        let picture = Image { width: 256, height: 512, texels };
+        let first = write(&picture).expect("it can be written");
+        assert_eq!(decode(&first).expect("it can be read"), picture);
+        for _ in 0..16 {
+            assert!(write(&picture).expect("it can be written") == first, "another file");
+        }
+    }
+
     /// Wherever it breaks off, also where its head holds a small picture that is whole.
     #[test]
     fn a_jpeg_that_was_cut_off_is_no_picture() {

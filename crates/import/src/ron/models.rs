@@ -93,8 +93,6 @@ impl Resolver<'_, '_> {
             }
         }
         let mut definitions: Vec<Option<u32>> = vec![None; rows.len()];
-        let mut children: Vec<Vec<Prototype>> = rows.iter().map(|_| Vec::new()).collect();
-        let mut roots = Vec::new();
         for (at, row) in rows.iter().enumerate().filter(|(_, row)| is_material(row)) {
             let named = row.name.as_deref();
             let given = worn.by_name.iter().find(|(name, _)| named == Some(&name.value)).map(|given| given.1);
@@ -105,31 +103,25 @@ impl Resolver<'_, '_> {
                 Some(self.define_used(&format!("{path}.shape.{at}"), row.name.clone(), row.span, is))
             });
         }
-        // Children come after their parents: from the last row on, all that is in a row's space is known.
-        for (at, row) in rows.iter().enumerate().rev().filter(|(_, row)| row.transform.is_some()) {
-            let mut below = std::mem::take(&mut children[at]);
-            below.reverse();
-            let prototype = Prototype {
-                name: row.name.clone(),
+        // Entities name their parents, so that nothing here is as deep as the file's nodes.
+        let placed = rows.into_iter().enumerate().filter(|(_, row)| row.transform.is_some());
+        let prototypes: Vec<Prototype> = placed
+            .map(|(at, row)| Prototype {
+                name: row.name,
+                parent: row.parent,
                 transform: row.transform.unwrap_or_default(),
-                motion: row.motion.clone(),
-                shape: row.shape.clone(),
+                motion: row.motion,
+                shape: row.shape,
                 material: match row.material {
                     Part::Of(row) => definitions[row as usize].map_or(Part::None, Part::Of),
                     _ => Part::None,
                 },
-                light: row.light.clone(),
-                children: below,
+                light: row.light,
                 ..Prototype::empty(row.span, at as u32)
-            };
-            match row.parent {
-                Some(parent) => children[parent as usize].push(prototype),
-                None => roots.push(prototype),
-            }
-        }
-        roots.reverse();
-        let count = roots.iter().map(Prototype::count).fold(0, u64::saturating_add);
-        Some(Content { prototypes: roots, count })
+            })
+            .collect();
+        let count = prototypes.len() as u64;
+        Some(Content { prototypes, count })
     }
 
     fn define_used(&mut self, key: &str, name: Option<Arc<str>>, span: Span, is: Defined) -> u32 {

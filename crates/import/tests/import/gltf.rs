@@ -4,14 +4,17 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use bevy_ecs::hierarchy::ChildOf;
+use bevy_ecs::entity::Entity;
+use bevy_ecs::hierarchy::{ChildOf, Children};
 use bevy_ecs::name::Name;
-use bevy_ecs::query::Without;
+use bevy_ecs::query::{With, Without};
 use bevy_ecs::world::World;
-use brewster_import::{Diagnostic, GltfChoices, Importer, LoadOptions, Loaded, Severity, load_scene};
+use brewster_import::{Code, Diagnostic, GltfChoices, Importer, Limits, LoadOptions, Loaded, Severity, load_scene};
 use brewster_world::components::parts::TriangleMesh;
-use brewster_world::components::{Camera, Motion, Projection, Shape, Transform};
+use brewster_world::components::{Camera, Motion, Projection, SceneKey, Shape, Transform};
 use glam::{Affine3A, Vec3};
+
+use super::loaded::place;
 
 fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/gltf")
@@ -31,15 +34,10 @@ fn meshes(loaded: &Loaded) -> Vec<(Affine3A, Arc<TriangleMesh>)> {
     let mut world = World::new();
     loaded.scene.apply(&mut world);
     let mut found = Vec::new();
-    let mut query = world.query::<(bevy_ecs::entity::Entity, &Shape, &brewster_world::components::SceneKey)>();
+    let mut query = world.query::<(Entity, &Shape, &SceneKey)>();
     for (entity, shape, key) in query.iter(&world) {
         let Shape::Mesh(mesh) = shape else { continue };
-        let (mut place, mut at) = (Affine3A::IDENTITY, Some(entity));
-        while let Some(entity) = at {
-            place = world.get::<Transform>(entity).expect("a place").0 * place;
-            at = world.get::<ChildOf>(entity).map(ChildOf::parent);
-        }
-        found.push((key.0, place, Arc::clone(mesh)));
+        found.push((key.0, place(&world, entity), Arc::clone(mesh)));
     }
     found.sort_by_key(|row| row.0);
     found.into_iter().map(|(_, place, mesh)| (place, mesh)).collect()
@@ -162,7 +160,7 @@ fn nodes_move_through_their_places_at_later_moments() {
         let mut world = World::new();
         loaded.scene.apply(&mut world);
         // But for the camera that frames what there is to see.
-        type Nodes<'a> = (&'a brewster_world::components::SceneKey, &'a Transform, Option<&'a Motion>);
+        type Nodes<'a> = (&'a SceneKey, &'a Transform, Option<&'a Motion>);
         let mut query = world.query_filtered::<Nodes<'_>, Without<Camera>>();
         let rows = query.iter(&world).map(|(key, place, motion)| (key.0, (place.0, motion.cloned())));
         rows.collect::<std::collections::BTreeMap<_, _>>()
@@ -303,6 +301,70 @@ fn a_file_reads_nothing_outside_its_folder() {
         let failure = load_scene(&path, &LoadOptions::default()).expect_err(uri);
         assert_eq!(failure.diagnostics[0].path.as_deref(), Some("buffers[0].uri"), "{failure}");
     }
+}
+
+/// A file with a triangle at the end of a chain of nodes. The first turns +X to -Z, every other is a meter along its parent's x.
+fn chain(nodes: usize) -> String {
+    let node = |index: usize| {
+        let place = match index {
+            0 => r#""matrix":[0,0,-1,0, 0,1,0,0, 1,0,0,0, 0,0,0,1]"#,
+            _ => r#""translation":[1,0,0]"#,
+        };
+        match index + 1 {
+            next if next < nodes => format!(r#"{{{place},"children":[{next}]}}"#),
+            _ => format!(r#"{{{place},"mesh":0}}"#),
+        }
+    };
+    format!(
+        r#"{{"asset":{{"version":"2.0"}},"accessors":[{{"componentType":5126,"count":3,"type":"VEC3"}}],
+            "meshes":[{{"primitives":[{{"attributes":{{"POSITION":0}}}}]}}],"nodes":[{}]}}"#,
+        (0..nodes).map(node).collect::<Vec<_>>().join(",")
+    )
+}
+
+/// Threads have 2 MiB of stack where nobody asks for more.
+#[test]
+fn nodes_stand_below_each_other_as_deep_as_the_limit_says() {
+    const DEEPEST: usize = Limits::DEFAULT.hierarchy as usize;
+    let check = || {
+        let load = |nodes| Importer::default().load_gltf("a.gltf".as_ref(), chain(nodes).as_bytes());
+        let place = |scene: &mut brewster_world::Scene| {
+            scene.flatten();
+            scene.buffers().instances.get(0).object_to_world.point(Vec3::ZERO)
+        };
+        let deep = load(DEEPEST).unwrap_or_else(|failure| panic!("{failure}")).scene;
+        let mut scene = brewster_world::Scene::new();
+        deep.apply(scene.world_mut());
+        assert_eq!(place(&mut scene), Vec3::NEG_Z * (DEEPEST - 1) as f32);
+        let applied = load(1).expect("it is whole").scene.apply(scene.world_mut());
+        assert_eq!((applied.despawned, place(&mut scene)), (DEEPEST - 1, Vec3::ZERO));
+        deep.apply(scene.world_mut());
+        let mut roots = scene.world_mut().query_filtered::<(Entity, &SceneKey), (With<Children>, Without<ChildOf>)>();
+        let root = roots.iter(scene.world()).next().expect("the first node").0;
+        scene.world_mut().despawn(root);
+        assert_eq!(scene.world_mut().query::<&ChildOf>().iter(scene.world()).count(), 0);
+        assert!(deep.export("a").text.contains("(-1.0, 0.0, 0.0, -4095.0)"), "the place of the last one in the world");
+
+        let failure = load(DEEPEST + 1).expect_err("it is too deep");
+        let said = &failure.diagnostics[0];
+        assert_eq!((said.path.as_deref(), said.code), (Some("nodes[4096]"), Code::Limit));
+        assert_eq!(said.message, "too many parents of parents: limit `hierarchy` is 4096");
+
+        // In another scene an entity stands above it.
+        let folder = tempfile::tempdir().expect("a folder");
+        let placed = |nodes| {
+            std::fs::write(folder.path().join("a.gltf"), chain(nodes)).expect("a file");
+            let text = "Scene(settings: (integrator: Path), background: 1, entities: [(shape: Gltf(file: \"a.gltf\"), at: (0, 1, 0))])";
+            Importer::default().load_text(&folder.path().join("a.ron"), text)
+        };
+        let mut scene = brewster_world::Scene::new();
+        placed(DEEPEST - 1).unwrap_or_else(|failure| panic!("{failure}")).scene.apply(scene.world_mut());
+        assert_eq!(place(&mut scene), Vec3::new(0.0, 1.0, -((DEEPEST - 2) as f32)));
+        let failure = placed(DEEPEST).expect_err("it is too deep").to_string();
+        assert!(failure.contains("limit `hierarchy` is 4096") && failure.contains("a.ron:1:"), "{failure}");
+    };
+    let thread = std::thread::Builder::new().stack_size(2 << 20).spawn(check);
+    thread.expect("a thread").join().expect("all of it holds");
 }
 
 /// 1e30 times 1e30 is beyond the largest number, 3.4e38.

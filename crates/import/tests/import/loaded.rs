@@ -33,13 +33,18 @@ pub(crate) fn get<C: bevy_ecs::component::Component + Clone>(world: &mut World, 
     world.get::<C>(entity).unwrap_or_else(|| panic!("{name} has none")).clone()
 }
 
-/// Where an entity's origin is in the world.
-pub(crate) fn position(world: &World, entity: Entity) -> Vec3 {
+/// From an entity's space to the world's.
+pub(crate) fn place(world: &World, entity: Entity) -> Affine3A {
     let mut place = Affine3A::IDENTITY;
     let mut at = Some(entity);
     while let Some(entity) = at {
         place = world.get::<Transform>(entity).expect("it is somewhere").0 * place;
         at = world.get::<ChildOf>(entity).map(ChildOf::parent);
     }
-    place.translation.into()
+    place
+}
+
+/// Where an entity's origin is in the world.
+pub(crate) fn position(world: &World, entity: Entity) -> Vec3 {
+    place(world, entity).translation.into()
 }

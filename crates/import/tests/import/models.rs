@@ -2,11 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use bevy_ecs::hierarchy::ChildOf;
 use bevy_ecs::world::World;
 use brewster_import::{Diagnostic, Failure, Importer, LoadOptions, Loaded, Severity};
-use brewster_world::components::{Color, Light, Material, SceneKey, Shape, Transform, UsesMaterial};
+use brewster_world::components::{Color, Light, Material, SceneKey, Shape, UsesMaterial};
 use glam::{Affine3A, Vec3};
+
+use super::loaded::place;
 
 /// A scene that would stand beside the models.
 fn scene() -> PathBuf {
@@ -32,17 +33,12 @@ fn meshes(world: &mut World) -> Vec<(Affine3A, Option<Vec3>)> {
         .iter(world)
         .filter(|row| matches!(row.1, Shape::Mesh(_)))
         .map(|(entity, _, key, of)| {
-            let (mut place, mut at) = (Affine3A::IDENTITY, Some(entity));
-            while let Some(entity) = at {
-                place = world.get::<Transform>(entity).expect("a place").0 * place;
-                at = world.get::<ChildOf>(entity).map(ChildOf::parent);
-            }
             let color = match world.get::<Material>(of.0) {
                 Some(Material::Principled(principled)) => Some(principled.base_color.factor()),
                 Some(Material::Lambert { albedo: Color::Constant(albedo) }) => Some(*albedo),
                 _ => None,
             };
-            (key.0, (place, color))
+            (key.0, (place(world, entity), color))
         })
         .collect();
     found.sort_by_key(|row| row.0);

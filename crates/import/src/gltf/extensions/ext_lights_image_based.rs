@@ -10,45 +10,15 @@ use std::sync::Arc;
 use brewster_lanes::math;
 use brewster_world::components::parts::{Encoding, EnvironmentMap, Image, MapRows, Texels};
 use glam::{Quat, Vec3};
-use serde::Deserialize;
 
 use super::super::document::Document;
+use super::super::fields::Fields;
 use super::super::textures::Textures;
-use super::super::{Found, Reporter, broken};
+use super::super::{Found, Reporter, broken, too_much};
 use super::others;
-use crate::diagnostics::{Code, Diagnostic, Severity};
 use crate::session::Session;
 
 const NAME: &str = "EXT_lights_image_based";
-
-#[derive(Deserialize)]
-struct Lights {
-    #[serde(default)]
-    lights: Vec<ImageBased>,
-}
-
-#[derive(Deserialize)]
-#[serde(rename_all = "camelCase")]
-struct ImageBased {
-    #[serde(default = "upright")]
-    rotation: [f32; 4],
-    #[serde(default = "one")]
-    intensity: f32,
-    specular_images: Vec<[usize; 6]>,
-}
-
-#[derive(Deserialize)]
-struct OfScene {
-    light: usize,
-}
-
-fn upright() -> [f32; 4] {
-    [0.0, 0.0, 0.0, 1.0]
-}
-
-fn one() -> f32 {
-    1.0
-}
 
 /// Columns of the sky at most: finer faces lose detail.
 const MOST_COLUMNS: u32 = 8192;
@@ -60,32 +30,25 @@ pub(in crate::gltf) fn of_scene(
     scene: usize,
 ) -> Found<Option<Arc<EnvironmentMap>>> {
     let root = &document.root;
-    let path = format!("scenes[{scene}]");
-    let Some(OfScene { light }) = super::read(others!(root.scenes[scene]), NAME, &path)? else { return Ok(None) };
-    let lights = super::read::<Lights>(others!(root), NAME, "")?.map_or(Vec::new(), |lights| lights.lights);
-    let Some(found) = lights.get(light) else {
-        let message = format!("there is no light {light}: the file has {}", lights.len());
-        return Err(broken(format!("{path}.extensions.{NAME}.light"), message).into());
-    };
-    let path = format!("extensions.{NAME}.lights[{light}]");
-    if !(found.intensity >= 0.0 && found.intensity.is_finite()) {
-        let problem = broken(format!("{path}.intensity"), format!("the intensity is {}", found.intensity));
+    let found = super::light(root, others!(root.scenes[scene]), NAME, &format!("scenes[{scene}]"))?;
+    let Some(found) = found else { return Ok(None) };
+    let intensity: f32 = found.get("intensity", 1.0)?;
+    if !(intensity >= 0.0 && intensity.is_finite()) {
+        let problem = broken(found.path_of("intensity"), format!("the intensity is {intensity}"));
         return Err(problem.expected("a number of 0 or more").into());
     }
-    let rotation = Quat::from_array(found.rotation);
+    let rotation = Quat::from_array(found.get("rotation", [0.0, 0.0, 0.0, 1.0])?);
     if !(rotation.length_squared() > 1e-6 && rotation.is_finite()) {
-        return Err(broken(format!("{path}.rotation"), "no rotation").expected("a unit quaternion").into());
+        return Err(broken(found.path_of("rotation"), "no rotation").expected("a unit quaternion").into());
     }
-    let Some(faces) = faces((session, reporter), document, found, &path)? else { return Ok(None) };
+    let Some(faces) = faces((session, reporter), document, &found)? else { return Ok(None) };
     let (columns, rows) = size(faces[0].width);
-    session.budgets.pixels.take(u64::from(columns) * u64::from(rows)).map_err(|over| {
-        let message = format!("the light's picture is too large: {over}");
-        Box::new(Diagnostic::about_path(Severity::Error, Code::Limit, path.as_str(), message))
-    })?;
-    let picture = resampled(&faces, rotation.normalize(), found.intensity);
+    let taken = session.budgets.pixels.take(u64::from(columns) * u64::from(rows));
+    taken.map_err(|over| too_much(found.path(), format!("the light's picture is too large: {over}")))?;
+    let picture = resampled(&faces, rotation.normalize(), intensity);
     match EnvironmentMap::new(Arc::new(picture), MapRows::Centers, 0.0) {
         Ok(map) => Ok(Some(Arc::new(map))),
-        Err(error) => Err(broken(path, format!("the pictures are no sky: {error}")).into()),
+        Err(error) => Err(broken(found.path(), format!("the pictures are no sky: {error}")).into()),
     }
 }
 
@@ -93,11 +56,11 @@ pub(in crate::gltf) fn of_scene(
 fn faces(
     (session, reporter): (&mut Session, &mut Reporter),
     document: &Document,
-    light: &ImageBased,
-    path: &str,
+    light: &Fields,
 ) -> Found<Option<[Arc<Image>; 6]>> {
-    let path = format!("{path}.specularImages[0]");
-    let Some(indices) = light.specular_images.first() else {
+    let levels: Vec<[usize; 6]> = light.need("specularImages")?;
+    let path = format!("{}[0]", light.path_of("specularImages"));
+    let Some(indices) = levels.first() else {
         return Err(broken(path, "there are no pictures").expected("six images").into());
     };
     let mut textures = Textures::default();
@@ -169,15 +132,11 @@ fn look(faces: &[Arc<Image>; 6], direction: Vec3) -> Vec3 {
 
 #[cfg(test)]
 mod tests {
-    use std::path::Path;
-
     use brewster_world::components::parts::Background;
 
-    use super::super::super::{load_bytes, testing::Builder};
+    use super::super::super::testing::{Builder, load};
     use super::*;
-    use crate::LoadOptions;
     use crate::limits::Limits;
-    use crate::session::Assets;
 
     /// What a file comes to whose faces have these sizes, red, and one pixel of their own: its sky, or its first error.
     fn loaded(sizes: [[u32; 2]; 6], light: &str) -> Result<Background, String> {
@@ -194,12 +153,8 @@ mod tests {
                 "scene":0,"scenes":[{{"nodes":[],"extensions":{{"{NAME}":{{"light":0}}}}}}]"#,
             images.join(",")
         );
-        let mut assets = Assets::default();
         let limits = Limits { image_pixels: 1 << 20, ..Limits::DEFAULT };
-        let mut session = Session::new(Path::new("test.gltf"), &[], limits, &mut assets);
-        let options = LoadOptions::default();
-        let scene = load_bytes(&mut session, Path::new("test.gltf"), builder.text().as_bytes(), &options);
-        scene.map(|scene| scene.background.0).ok_or_else(|| format!("{:?}", session.found.finish()))
+        load(&builder, limits).map(|scene| scene.background.0)
     }
 
     #[test]

@@ -8,26 +8,6 @@ use serde::Deserialize;
 
 use super::super::{Found, broken};
 
-const NAME: &str = "KHR_lights_punctual";
-
-#[derive(Deserialize)]
-struct Lights {
-    #[serde(default)]
-    lights: Vec<Punctual>,
-}
-
-#[derive(Deserialize)]
-struct Punctual {
-    #[serde(default = "white")]
-    color: [f32; 3],
-    #[serde(default = "one")]
-    intensity: f32,
-    range: Option<f32>,
-    spot: Option<Spot>,
-    #[serde(rename = "type")]
-    kind: Kind,
-}
-
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
 enum Kind {
@@ -36,62 +16,33 @@ enum Kind {
     Spot,
 }
 
-#[derive(Deserialize)]
-#[serde(rename_all = "camelCase")]
-struct Spot {
-    #[serde(default)]
-    inner_cone_angle: f32,
-    #[serde(default = "quarter")]
-    outer_cone_angle: f32,
-}
-
-#[derive(Deserialize)]
-struct OfNode {
-    light: usize,
-}
-
-fn white() -> [f32; 3] {
-    [1.0; 3]
-}
-
-fn one() -> f32 {
-    1.0
-}
-
-fn quarter() -> f32 {
-    std::f32::consts::FRAC_PI_4
-}
-
 /// The light at a node, if there is one.
 pub(in crate::gltf) fn of_node(root: &Root, node: &Node, path: &str) -> Found<Option<Light>> {
-    let Some(OfNode { light }) = super::read(super::others!(node), NAME, path)? else { return Ok(None) };
-    let lights = super::read::<Lights>(super::others!(root), NAME, "")?.map_or(Vec::new(), |lights| lights.lights);
-    let Some(found) = lights.get(light) else {
-        let message = format!("there is no light {light}: the file has {}", lights.len());
-        return Err(broken(format!("{path}.extensions.{NAME}.light"), message).into());
-    };
-    let path = format!("extensions.{NAME}.lights[{light}]");
-    let strength = Vec3::from_array(found.color) * found.intensity;
+    let Some(found) = super::light(root, super::others!(node), "KHR_lights_punctual", path)? else { return Ok(None) };
+    let path = found.path();
+    let color: [f32; 3] = found.get("color", [1.0; 3])?;
+    let strength = Vec3::from_array(color) * found.get("intensity", 1.0)?;
     if !(strength.is_finite() && strength.min_element() >= 0.0) {
         return Err(broken(path, "the light's color and intensity are not finite and 0 or more").into());
     }
-    let falloff = match found.range {
+    let falloff = match found.get::<Option<f32>>("range", None)? {
         None => Falloff::InverseSquare,
         Some(range) if range > 0.0 && range.is_finite() => Falloff::Within(range),
         Some(range) => {
-            let problem = broken(format!("{path}.range"), format!("the range of the light is {range}"));
+            let problem = broken(found.path_of("range"), format!("the range of the light is {range}"));
             return Err(problem.expected("a number above 0").into());
         }
     };
-    Ok(Some(match (&found.kind, &found.spot) {
-        (Kind::Directional, _) => Light::Directional { irradiance: strength },
-        (Kind::Point, _) => Light::Point { intensity: strength, falloff },
-        (Kind::Spot, spot) => {
-            let (inner, outer) =
-                spot.as_ref().map_or((0.0, quarter()), |spot| (spot.inner_cone_angle, spot.outer_cone_angle));
+    Ok(Some(match found.need("type")? {
+        Kind::Directional => Light::Directional { irradiance: strength },
+        Kind::Point => Light::Point { intensity: strength, falloff },
+        Kind::Spot => {
+            let spot = found.within("spot");
+            let inner = spot.get("innerConeAngle", 0.0)?;
+            let outer = spot.get("outerConeAngle", std::f32::consts::FRAC_PI_4)?;
             let most = std::f32::consts::FRAC_PI_2;
             if !(0.0 <= inner && inner <= outer && outer > 0.0 && outer <= most + 1e-6) {
-                let problem = broken(format!("{path}.spot"), format!("the cone goes from {inner} to {outer} radians"));
+                let problem = broken(spot.path(), format!("the cone goes from {inner} to {outer} radians"));
                 return Err(problem.expected("0 <= innerConeAngle < outerConeAngle <= π/2").into());
             }
             Light::Spot { intensity: strength, inner_angle: inner, outer_angle: outer.min(most), falloff }

@@ -2,33 +2,20 @@
 
 use brewster_world::components::{Color, Principled};
 use glam::Vec3;
-use serde::Deserialize;
 
 use super::super::materials::Reader;
 use super::super::{Found, broken};
 
-#[derive(Deserialize)]
-#[serde(rename_all = "camelCase", default)]
-struct Extension {
-    emissive_strength: f32,
-}
-
-impl Default for Extension {
-    fn default() -> Self {
-        Extension { emissive_strength: 1.0 }
-    }
-}
-
 /// Writes what the extension says into a material.
 pub(in crate::gltf) fn apply(reader: &mut Reader, material: &mut Principled) -> Found<()> {
-    let Some((found, path)) = reader.extension::<Extension>("KHR_materials_emissive_strength")? else { return Ok(()) };
-    let strength = found.emissive_strength.clamp(0.0, f32::MAX);
+    let Some(found) = reader.extension("KHR_materials_emissive_strength")? else { return Ok(()) };
+    let strength = found.get("emissiveStrength", 1.0f32)?.clamp(0.0, f32::MAX);
     match &mut material.emission {
         Color::Constant(factor) | Color::Tinted { factor, .. } => {
             *factor *= strength;
             if !factor.is_finite() {
                 let message = format!("{strength:e} times the emissive factor is no finite number");
-                return Err(broken(format!("{path}.emissiveStrength"), message).into());
+                return Err(broken(found.path_of("emissiveStrength"), message).into());
             }
         }
         Color::Texture(texture) => {

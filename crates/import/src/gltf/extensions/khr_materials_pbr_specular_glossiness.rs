@@ -5,51 +5,21 @@ use std::sync::Arc;
 
 use brewster_world::components::parts::{Channel, Encoding, Image, ImageTexture, Texels, Texture};
 use brewster_world::components::{Principled, Scalar};
-use serde::Deserialize;
 
 use super::super::Found;
 use super::super::materials::{Reader, unit};
-use super::super::textures::Info;
-
-#[derive(Deserialize)]
-#[serde(rename_all = "camelCase", default)]
-struct Extension {
-    diffuse_factor: [f32; 4],
-    diffuse_texture: Option<Info>,
-    specular_factor: [f32; 3],
-    glossiness_factor: f32,
-    specular_glossiness_texture: Option<Info>,
-}
-
-impl Default for Extension {
-    fn default() -> Self {
-        Extension {
-            diffuse_factor: [1.0; 4],
-            diffuse_texture: None,
-            specular_factor: [1.0; 3],
-            glossiness_factor: 1.0,
-            specular_glossiness_texture: None,
-        }
-    }
-}
 
 /// Writes what the extension says into a material; the alpha of its diffuse color, and where more of it comes from.
 pub(in crate::gltf) fn apply(reader: &mut Reader, material: &mut Principled) -> Found<Option<(f32, Option<Texture>)>> {
-    let Some((found, path)) = reader.extension::<Extension>("KHR_materials_pbrSpecularGlossiness")? else {
-        return Ok(None);
-    };
-    let [r, g, b, alpha] = found.diffuse_factor.map(unit);
-    let at_diffuse = format!("{path}.diffuseTexture");
-    material.base_color = reader.color([r, g, b], &found.diffuse_texture, Encoding::Srgb, &at_diffuse)?;
+    let Some(found) = reader.extension("KHR_materials_pbrSpecularGlossiness")? else { return Ok(None) };
+    let [r, g, b, _] = found.get("diffuseFactor", [1.0; 4])?.map(unit);
+    material.base_color = reader.color(&found, [r, g, b], "diffuseTexture")?;
     material.metallic = Scalar::constant(0.0);
     material.ior = 0.0;
-    let (of, at) = (&found.specular_glossiness_texture, format!("{path}.specularGlossinessTexture"));
-    material.specular_color = reader.color(found.specular_factor.map(unit), of, Encoding::Srgb, &at)?;
-    let glossiness = unit(found.glossiness_factor);
-    let texture = match of {
-        Some(info) => reader.texture(info, Encoding::Linear, &at)?,
-        None => None,
-    };
+    let specular = found.get("specularFactor", [1.0; 3])?.map(unit);
+    material.specular_color = reader.color(&found, specular, "specularGlossinessTexture")?;
+    let glossiness = unit(found.get("glossinessFactor", 1.0)?);
+    let texture = reader.texture(&found, "specularGlossinessTexture", Encoding::Linear)?;
     material.roughness = match texture {
         Some(Texture::Image(picture)) => {
             let image = Arc::new(roughness(&picture.image, glossiness));
@@ -60,7 +30,7 @@ pub(in crate::gltf) fn apply(reader: &mut Reader, material: &mut Principled) -> 
         }
         _ => Scalar::constant(1.0 - glossiness),
     };
-    Ok(Some((alpha, material.base_color.texture().cloned())))
+    reader.alpha(&found, "diffuseFactor", "diffuseTexture").map(Some)
 }
 
 /// A picture whose alpha is 1 - factor * alpha.
@@ -79,4 +49,31 @@ fn roughness(image: &Image, factor: f32) -> Image {
         }
     };
     Image { texels, ..*image }
+}
+
+#[cfg(test)]
+mod tests {
+    use brewster_world::components::Opacity;
+
+    use super::*;
+    use crate::gltf::testing::{Builder, load_mesh};
+
+    #[test]
+    fn what_is_black_has_the_alpha_of_its_texture() {
+        let mut builder = Builder::default();
+        let mut bytes = Vec::new();
+        let picture = ::image::RgbaImage::from_pixel(1, 1, ::image::Rgba([255, 255, 255, 0]));
+        picture.write_to(&mut std::io::Cursor::new(&mut bytes), ::image::ImageFormat::Png).expect("a picture");
+        let view = builder.view(&bytes, None);
+        let positions = builder.floats(&[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0], "VEC3");
+        builder.rest = format!(
+            r#","images":[{{"bufferView":{view},"mimeType":"image/png"}}],"textures":[{{"source":0}}],"nodes":[{{"mesh":0}}],
+            "meshes":[{{"primitives":[{{"attributes":{{"POSITION":{positions}}},"material":0}}]}}],
+            "materials":[{{"alphaMode":"MASK","extensions":{{"KHR_materials_pbrSpecularGlossiness":
+            {{"diffuseFactor":[0,0,0,0.75],"diffuseTexture":{{"index":0}}}}}}}}]"#
+        );
+        let Opacity::Mask { alpha, cutoff } = load_mesh(&builder).1.opacity else { panic!("a mask") };
+        assert_eq!((alpha.factor, cutoff), (0.75, 0.5));
+        assert!(matches!(alpha.texture, Some((Texture::Image(_), Channel::A))), "{:?}", alpha.texture);
+    }
 }

@@ -9,19 +9,8 @@ use super::super::{Found, broken, choose};
 const NAME: &str = "KHR_materials_variants";
 
 #[derive(Deserialize)]
-struct Variants {
-    variants: Vec<Variant>,
-}
-
-#[derive(Deserialize)]
 struct Variant {
     name: String,
-}
-
-#[derive(Deserialize)]
-struct Mappings {
-    #[serde(default)]
-    mappings: Vec<Mapping>,
 }
 
 #[derive(Deserialize)]
@@ -34,8 +23,8 @@ struct Mapping {
 /// The number of the chosen variant.
 pub(in crate::gltf) fn chosen(root: &Root, variant: Option<&str>) -> Found<Option<usize>> {
     let Some(variant) = variant else { return Ok(None) };
-    let found = super::read::<Variants>(super::others!(root), NAME, "")?;
-    let names = found.as_ref().map_or(&[][..], |found| &found.variants);
+    let found = super::fields(super::others!(root), NAME, "")?;
+    let names: Vec<Variant> = found.map_or(Ok(Vec::new()), |found| found.need("variants"))?;
     choose(variant, names.iter().map(|variant| Some(variant.name.as_str())), "variant").map(Some)
 }
 
@@ -48,13 +37,12 @@ pub(in crate::gltf) fn material(
 ) -> Found<Option<usize>> {
     let own = primitive.material.map(|index| index.value());
     let Some(variant) = variant else { return Ok(own) };
-    let found = super::read::<Mappings>(super::others!(primitive), NAME, path)?;
-    let mapping =
-        found.and_then(|found| found.mappings.into_iter().find(|mapping| mapping.variants.contains(&variant)));
-    match mapping {
+    let Some(found) = super::fields(super::others!(primitive), NAME, path)? else { return Ok(own) };
+    let mappings: Vec<Mapping> = found.get("mappings", Vec::new())?;
+    match mappings.into_iter().find(|mapping| mapping.variants.contains(&variant)) {
         Some(mapping) if mapping.material >= root.materials.len() => {
             let message = format!("there is no materials[{}]", mapping.material);
-            Err(broken(format!("{path}.extensions.{NAME}"), message).into())
+            Err(broken(found.path(), message).into())
         }
         Some(mapping) => Ok(Some(mapping.material)),
         None => Ok(own),

@@ -3,39 +3,22 @@
 
 use brewster_world::components::{Principled, Volume};
 use glam::Vec3;
-use serde::Deserialize;
 
 use super::super::materials::{Reader, unit};
 use super::super::{Found, broken};
 
-#[derive(Deserialize)]
-#[serde(rename_all = "camelCase", default)]
-struct Extension {
-    thickness_factor: f32,
-    attenuation_distance: f32,
-    attenuation_color: [f32; 3],
-}
-
-impl Default for Extension {
-    fn default() -> Self {
-        Extension { thickness_factor: 0.0, attenuation_distance: f32::INFINITY, attenuation_color: [1.0; 3] }
-    }
-}
-
 /// Writes what the extension says into a material.
 pub(in crate::gltf) fn apply(reader: &mut Reader, material: &mut Principled) -> Found<()> {
-    let Some((found, path)) = reader.extension::<Extension>("KHR_materials_volume")? else { return Ok(()) };
-    if found.thickness_factor <= 0.0 {
+    let Some(found) = reader.extension("KHR_materials_volume")? else { return Ok(()) };
+    if found.get("thicknessFactor", 0.0)? <= 0.0 {
         return Ok(());
     }
-    if found.attenuation_distance.is_nan() || found.attenuation_distance <= 0.0 {
-        let problem = broken(format!("{path}.attenuationDistance"), "a distance of no length");
+    let attenuation_distance = found.get("attenuationDistance", f32::INFINITY)?;
+    if attenuation_distance.is_nan() || attenuation_distance <= 0.0 {
+        let problem = broken(found.path_of("attenuationDistance"), "a distance of no length");
         return Err(problem.expected("a number above 0").into());
     }
-    material.volume = Some(Volume {
-        attenuation_color: Vec3::from_array(found.attenuation_color.map(unit)),
-        attenuation_distance: found.attenuation_distance,
-        ..Volume::default()
-    });
+    let attenuation_color = Vec3::from_array(found.get("attenuationColor", [1.0; 3])?.map(unit));
+    material.volume = Some(Volume { attenuation_color, attenuation_distance, ..Volume::default() });
     Ok(())
 }

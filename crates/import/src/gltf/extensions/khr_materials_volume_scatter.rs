@@ -3,35 +3,23 @@
 
 use brewster_world::components::Principled;
 use glam::Vec3;
-use serde::Deserialize;
 
 use super::super::materials::{Reader, unit};
 use super::super::{Found, broken};
 
-#[derive(Deserialize)]
-#[serde(rename_all = "camelCase", default)]
-struct Extension {
-    multiscatter_color: [f32; 3],
-    scatter_anisotropy: f32,
-}
-
-impl Default for Extension {
-    fn default() -> Self {
-        Extension { multiscatter_color: [0.0; 3], scatter_anisotropy: 0.0 }
-    }
-}
-
 /// Writes what the extension says into a material that has a volume.
 pub(in crate::gltf) fn apply(reader: &mut Reader, material: &mut Principled) -> Found<()> {
-    let Some((found, path)) = reader.extension::<Extension>("KHR_materials_volume_scatter")? else { return Ok(()) };
-    if !(-1.0..=1.0).contains(&found.scatter_anisotropy) {
-        let problem = broken(format!("{path}.scatterAnisotropy"), "a mean cosine that is none");
+    let Some(found) = reader.extension("KHR_materials_volume_scatter")? else { return Ok(()) };
+    let anisotropy: f32 = found.get("scatterAnisotropy", 0.0)?;
+    if !(-1.0..=1.0).contains(&anisotropy) {
+        let problem = broken(found.path_of("scatterAnisotropy"), "a mean cosine that is none");
         return Err(problem.expected("a number above -1 and below 1").into());
     }
+    let color = found.get("multiscatterColor", [0.0; 3])?.map(unit);
     if let Some(volume) = &mut material.volume {
-        volume.multiscatter_color = Vec3::from_array(found.multiscatter_color.map(unit));
+        volume.multiscatter_color = Vec3::from_array(color);
         // The ends would be light that is not scattered at all.
-        volume.anisotropy = found.scatter_anisotropy.clamp(-MOST, MOST);
+        volume.anisotropy = anisotropy.clamp(-MOST, MOST);
     }
     Ok(())
 }

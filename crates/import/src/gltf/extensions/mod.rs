@@ -27,8 +27,17 @@ use gltf::json::{Root, Value};
 use serde::de::DeserializeOwned;
 use serde_json::Map;
 
-use super::{Found, Reporter, broken};
+use super::fields::Fields;
+use super::{Found, Reporter, broken, typed};
 use crate::diagnostics::{Code, Diagnostic, Severity};
+
+/// The extensions of an object of the `gltf` crate as plain values.
+macro_rules! others {
+    ($object:expr) => {
+        $object.extensions.as_ref().map(|extensions| &extensions.others)
+    };
+}
+pub(super) use others;
 
 /// The extensions that are read, and what is done with each.
 const READ: &[(&str, &str)] = &[
@@ -101,29 +110,45 @@ pub(super) fn check(root: &Root, reporter: &mut Reporter) -> Found<()> {
     Ok(())
 }
 
-/// What an extension holds, if it is there. `path` is that of the object it stands in.
+/// What an extension holds, if it is there, as a type. `path` is that of the object it stands in.
 pub(super) fn read<T: DeserializeOwned>(
     others: Option<&Map<String, Value>>,
     name: &str,
     path: &str,
 ) -> Found<Option<T>> {
-    let Some(value) = others.and_then(|others| others.get(name)) else { return Ok(None) };
-    match serde_path_to_error::deserialize(value) {
-        Ok(found) => Ok(Some(found)),
-        Err(error) => {
-            let within = match error.path().to_string() {
-                within if within == "." => String::new(),
-                within => format!(".{within}"),
-            };
-            Err(broken(format!("{path}.extensions.{name}{within}"), error.inner().to_string()).into())
+    let value = others.and_then(|others| others.get(name));
+    value.map(|value| typed(value, &path_of(path, name))).transpose()
+}
+
+/// The same field by field.
+pub(super) fn fields<'d>(others: Option<&'d Map<String, Value>>, name: &str, path: &str) -> Found<Option<Fields<'d>>> {
+    match others.and_then(|others| others.get(name)) {
+        None => Ok(None),
+        value @ Some(Value::Object(_)) => Ok(Some(Fields::new(value, path_of(path, name)))),
+        Some(_) => Err(broken(path_of(path, name), "the extension is no object").into()),
+    }
+}
+
+/// The light that an extension gives an object, out of the list that it keeps at the root.
+pub(super) fn light<'d>(
+    root: &'d Root,
+    others: Option<&'d Map<String, Value>>,
+    name: &str,
+    path: &str,
+) -> Found<Option<Fields<'d>>> {
+    let Some(of_object) = fields(others, name, path)? else { return Ok(None) };
+    let light: usize = of_object.need("light")?;
+    let lights = others!(root).and_then(|others| others.get(name)?.get("lights")?.as_array());
+    match lights.and_then(|lights| lights.get(light)) {
+        Some(found) => Ok(Some(Fields::new(Some(found), format!("extensions.{name}.lights[{light}]")))),
+        None => {
+            let message = format!("there is no light {light}: the file has {}", lights.map_or(0, Vec::len));
+            Err(broken(of_object.path_of("light"), message).into())
         }
     }
 }
 
-/// The extensions of an object of the `gltf` crate as plain values.
-macro_rules! others {
-    ($object:expr) => {
-        $object.extensions.as_ref().map(|extensions| &extensions.others)
-    };
+/// Where the extension of an object stands.
+fn path_of(object: &str, name: &str) -> String {
+    if object.is_empty() { format!("extensions.{name}") } else { format!("{object}.extensions.{name}") }
 }
-pub(super) use others;
