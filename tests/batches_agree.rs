@@ -55,7 +55,7 @@ fn check(name: &str, scene: &SceneBuffers, policies: impl IntoIterator<Item = Po
 /// From one pixel at a time to the whole picture at once.
 #[test]
 fn in_batches_of_any_size() {
-    for name in SCENES.into_iter().chain(["moving", "moving_paths"]) {
+    for name in SCENES.into_iter().chain(["moving", "moving_paths", "caustics"]) {
         let sizes = [1, 13, 200, 1_000_000];
         check(name, &scene(name), sizes.map(|batch| Policy { batch, ..Policy::default() }));
     }
@@ -112,7 +112,9 @@ fn in_any_order_on_every_instruction_set() {
         }));
         policies.push(Policy { compaction: Compaction::Cursor, batch: 300, level, ..Policy::default() });
     }
-    for name in ["colored_shadows", "fog", "nested", "principled", "shapes", "smooth", "moving", "moving_paths"] {
+    for name in
+        ["colored_shadows", "fog", "nested", "principled", "shapes", "smooth", "moving", "moving_paths", "caustics"]
+    {
         check(name, &with_obvhs(scene(name)), policies.iter().copied());
     }
     for name in PATHS {
@@ -145,7 +147,7 @@ fn without_queues() {
     let policies = Level::available().into_iter();
     let policies = policies.map(|level| Policy { executor: Executor::Megakernel, level, ..Policy::default() });
     let policies: Vec<Policy> = policies.flat_map(|policy| [policy, Policy { batch: 13, ..policy }]).collect();
-    for name in SCENES.into_iter().chain(["moving", "moving_paths"]) {
+    for name in SCENES.into_iter().chain(["moving", "moving_paths", "caustics"]) {
         check(name, &scene(name), policies.iter().copied());
     }
     for name in ["principled", "details", "fog"] {

@@ -48,7 +48,7 @@ fn check(name: &str, scene: &SceneBuffers) {
 
 #[test]
 fn contributions_add_up_to_the_lectures_pictures() {
-    for name in SCENES.into_iter().chain(["details", "moving", "moving_paths"]) {
+    for name in SCENES.into_iter().chain(["details", "moving", "moving_paths", "caustics"]) {
         let mut scene = load(name);
         scene.settings.samples = scene.settings.samples.min(3);
         check(name, &scene);

@@ -15,6 +15,7 @@
 //! - `gltf_extensions`: what glTF's extensions say reaches the scene, and the picture as their texts have it.
 //! - `gltf_faults`: glTF is free of the faults that other path tracers of it are known for.
 //! - `gltf_variants`: a glTF model stored in other ways makes the same picture.
+//! - `guiding`: rays that look for caustics change the noise and nothing else.
 //! - `layers`: crates depend on each other as the architecture page says, and on nothing else.
 //! - `light_layers`: the parts of the light, the albedo and the standard errors are what they claim.
 //! - `media_scatter`: fog, milk and wax scatter light as radiative transfer says.
@@ -51,6 +52,7 @@ mod gltf_extensions;
 mod gltf_faults;
 mod gltf_model;
 mod gltf_variants;
+mod guiding;
 mod layers;
 mod light_layers;
 mod media_scatter;

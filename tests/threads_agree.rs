@@ -20,7 +20,7 @@ fn check(name: &str, scene: &SceneBuffers) {
 
 #[test]
 fn one_two_and_seven_threads_agree() {
-    for name in SCENES.into_iter().chain(["principled", "fog", "moving", "moving_paths"]) {
+    for name in SCENES.into_iter().chain(["principled", "fog", "moving", "moving_paths", "caustics"]) {
         let mut scene = load(name);
         scene.settings.samples = 3;
         check(name, &scene);

@@ -42,6 +42,8 @@ pub struct SettingsChoices {
     pub sampler: Option<SamplerKind>,
     /// Interactions before which a dielectric sends both rays.
     pub split_depth: Option<u32>,
+    /// Whether diffuse surfaces look for the light that mirrors and glass throw on them.
+    pub guiding: Option<bool>,
     /// The largest radiance that one contribution may bring, above 0.
     pub clamp: Option<f32>,
 }
@@ -57,6 +59,7 @@ impl SettingsChoices {
             seed,
             sampler,
             split_depth,
+            guiding,
             clamp,
         } = *self;
         settings.resolution = resolution.unwrap_or(settings.resolution);
@@ -69,6 +72,7 @@ impl SettingsChoices {
         settings.seed = seed.unwrap_or(settings.seed);
         settings.sampler = sampler.unwrap_or(settings.sampler);
         settings.split_depth = split_depth.unwrap_or(settings.split_depth);
+        settings.guiding = guiding.unwrap_or(settings.guiding);
         settings.clamp = clamp.unwrap_or(settings.clamp);
     }
 }

@@ -82,6 +82,8 @@ pub struct Parameters {
     pub integrator: Option<Integrator>,
     /// Interactions before which a dielectric sends both rays.
     pub split_depth: Option<u32>,
+    /// Whether diffuse surfaces look for the light that mirrors and glass throw on them.
+    pub guiding: Option<bool>,
     /// Samples per pixel.
     pub samples: Option<u32>,
     /// Interactions that may scatter on.
@@ -316,11 +318,12 @@ fn policy((name, policy): (String, schema::Policy)) -> Policy {
 }
 
 fn parameters((name, parameters): (String, schema::Parameters)) -> Parameters {
-    let schema::Parameters { integrator, split_depth, samples, max_depth, .. } = parameters;
+    let schema::Parameters { integrator, split_depth, guiding, samples, max_depth, .. } = parameters;
     Parameters {
         name,
         integrator: integrator.map(|integrator| convert_integrator(&integrator)),
         split_depth,
+        guiding,
         samples,
         max_depth,
     }

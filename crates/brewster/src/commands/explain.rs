@@ -50,6 +50,9 @@ pub(crate) struct Arguments {
     /// With the integrator Path: interactions before which a dielectric sends a ray to either side; later one by chance.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=1000))]
     split_depth: Option<u32>,
+    /// Whether diffuse surfaces look for the light that mirrors and glass throw on them.
+    #[arg(long, value_name = "BOOL")]
+    guiding: Option<bool>,
     /// With the integrator Path: the largest radiance that one contribution may bring.
     #[arg(long, value_name = "RADIANCE", value_parser = values::above_zero)]
     clamp: Option<f32>,
@@ -67,6 +70,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         max_depth: arguments.max_depth,
         samples: arguments.samples,
         split_depth: arguments.split_depth,
+        guiding: arguments.guiding,
         clamp: arguments.clamp,
         seed: arguments.seed,
         ..SettingsChoices::default()

@@ -54,6 +54,9 @@ pub(crate) struct Arguments {
     /// With the integrator Path: interactions before which a dielectric sends a ray to either side; later one by chance.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=1000))]
     pub split_depth: Option<u32>,
+    /// With the integrator Path: whether diffuse surfaces look for the light that mirrors and glass throw on them.
+    #[arg(long, value_name = "BOOL")]
+    pub guiding: Option<bool>,
     /// With the integrator Path: the largest radiance that one contribution may bring. Less noise, and light is missing.
     #[arg(long, value_name = "RADIANCE", value_parser = values::above_zero)]
     pub clamp: Option<f32>,
@@ -231,6 +234,7 @@ impl Arguments {
             seed: self.seed,
             sampler: self.sampler,
             split_depth: self.split_depth,
+            guiding: self.guiding,
             clamp: self.clamp,
         }
     }

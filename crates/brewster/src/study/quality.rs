@@ -110,10 +110,11 @@ fn quality_of(
 }
 
 fn parameter_settings(parameters: &study::Parameters) -> String {
-    let study::Parameters { integrator, split_depth, samples, max_depth, .. } = parameters;
+    let study::Parameters { integrator, split_depth, guiding, samples, max_depth, .. } = parameters;
     let entries = [
         integrator.map(|integrator| format!("{integrator:?}")),
         split_depth.map(|depth| format!("split depth {depth}")),
+        guiding.map(|guides| if guides { "guided" } else { "not guided" }.to_owned()),
         samples.map(|samples| format!("{samples} samples")),
         max_depth.map(|depth| format!("depth {depth}")),
     ];

@@ -39,6 +39,7 @@ pub(crate) fn load(study: &Study, scene: &Path, parameters: &study::Parameters) 
         samples: parameters.samples.or(study.samples),
         integrator: parameters.integrator,
         split_depth: parameters.split_depth,
+        guiding: parameters.guiding,
         max_depth: parameters.max_depth,
         ..SettingsChoices::default()
     };

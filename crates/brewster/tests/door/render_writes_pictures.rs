@@ -62,7 +62,8 @@ fn options_take_the_place_of_settings() {
     let settings = &desk.json("a.json")["settings"];
     let expected = serde_json::json!({
         "resolution": [20, 10], "crop": [4, 2, 8, 6], "camera": "", "integrator": "Whitted", "max_depth": 1,
-        "samples": 3, "noise_threshold": null, "seed": 5, "sampler": "Sobol", "split_depth": 1, "roulette": true, "clamp": null,
+        "samples": 3, "noise_threshold": null, "seed": 5, "sampler": "Sobol", "split_depth": 1, "roulette": true,
+        "guiding": true, "clamp": null,
         "filter": "BlackmanHarris", "transparent_shadows": false,
         "contribution_threshold": 0.0, "exposure": 0.0, "tone_mapping": "Srgb",
     });

@@ -16,7 +16,7 @@ pub(super) struct Photon {
     pub(super) position: Vec3,
     /// The unit direction that it came from.
     pub(super) toward: Vec3,
-    /// Its power times the number of photons that were sent, in watts.
+    /// Its power times the number of photons that were sent, in lumens.
     pub(super) power: f32,
     /// An estimate of the irradiance that lights bring to the place without detour.
     pub(super) direct: f32,
@@ -248,4 +248,100 @@ fn width(photons: &[Photon]) -> f32 {
         .collect();
     let middle = widths.len() / 2;
     widths.select_nth_unstable_by(middle, f32::total_cmp).1.clamp(LEAST_WIDTH, 1.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use brewster_optics::warp;
+
+    use super::*;
+
+    /// Photons on a floor and a ceiling, from directions about one for each that is as far from the others as `apart` says.
+    fn photons(count: usize, apart: f32) -> Vec<Photon> {
+        // Additive recurrences fill squares evenly (M. Roberts 2018).
+        let even = |index: usize, step: f32| (0.5 + index as f32 * step).fract();
+        (0..count)
+            .map(|index| {
+                let [x, z, u, v] = [0.755, 0.57, 0.819, 0.671].map(|step| even(index, step));
+                let above = index % 3 == 0;
+                let toward = warp::cone(Vec2::new(u, v), apart);
+                let toward = if above { -toward } else { toward };
+                let position = Vec3::new(x, if above { 2.0 } else { -1.0 }, z);
+                Photon { position, toward: Vec3::new(toward.x, toward.z, toward.y), power: 1.0, direct: 1.0 }
+            })
+            .collect()
+    }
+
+    fn found(cells: &Cells, point: Vec3) -> &Cell {
+        let [cell] = cells.find(&Vectors::<1>::splat(point));
+        cell.unwrap_or_else(|| panic!("{point} has no cell"))
+    }
+
+    /// Every photon lies in a cell whose photons came from its side of the room.
+    #[test]
+    fn floor_and_ceiling_have_cells_of_their_own() {
+        let photons = photons(3000, 0.1);
+        let cells = Cells::new(&photons, 3000).expect("photons enough");
+        assert_eq!(cells.kept(), 3000);
+        for photon in &photons {
+            let cell = found(&cells, photon.position);
+            let density = [photon.toward, -photon.toward].map(|direction| cells.pdf(cell, direction));
+            assert!(density[0] > 100.0 * density[1], "{photon:?}: {density:?}");
+        }
+        let [outside] = cells.find(&Vectors::<1>::splat(Vec3::new(0.5, 0.5, 0.5)));
+        assert!(outside.is_none());
+    }
+
+    /// The density adds up to one over the sphere, and a band around an axis gets as many samples as it says.
+    #[test]
+    fn samples_follow_the_density() {
+        for apart in [1e-4, 0.02, 0.5] {
+            let photons = photons(400, apart);
+            let cells = Cells::new(&photons, 400).expect("photons enough");
+            let cell = found(&cells, photons[1].position);
+            const BANDS: usize = 12;
+            const STEPS: usize = 400;
+            // The integral over bands of equal steps in the root of 1 + cosθ, which are narrow where the photons came from.
+            let band = |y: f32| (BANDS as f32 * (1.0 - (0.5 - 0.5 * y).max(0.0).powf(0.25))) as usize;
+            let mut expected = [0.0f64; BANDS];
+            for i in 0..STEPS {
+                let edge = |i: usize| 1.0 - 2.0 * (i as f64 / STEPS as f64).powi(4);
+                let (y, height) = (0.5 * (edge(i) + edge(i + 1)), edge(i) - edge(i + 1));
+                for j in 0..STEPS {
+                    let (sin, cos) = ((j as f64 + 0.5) / STEPS as f64 * std::f64::consts::TAU).sin_cos();
+                    let radius = (1.0 - y * y).sqrt();
+                    let direction = Vec3::new((radius * cos) as f32, y as f32, (radius * sin) as f32);
+                    let area = height * std::f64::consts::TAU / STEPS as f64;
+                    expected[band(y as f32).min(BANDS - 1)] += f64::from(cells.pdf(cell, direction)) * area;
+                }
+            }
+            let sum: f64 = expected.iter().sum();
+            assert!((sum - 1.0).abs() < 0.01, "{apart}: {sum}");
+            const SAMPLES: u32 = 1 << 16;
+            let mut counts = [0u32; BANDS];
+            for i in 0..SAMPLES {
+                let even = |step: f64| (0.5 + f64::from(i) * step).fract() as f32;
+                let u = Vec2::new(even(0.671_043_606_703_789_2), even(0.549_700_477_901_970_3));
+                let direction = cells.sample(cell, even(0.819_172_513_396_164_5), u);
+                assert!((direction.length() - 1.0).abs() < 1e-5, "{direction}");
+                counts[band(direction.y).min(BANDS - 1)] += 1;
+            }
+            for (count, expected) in counts.into_iter().zip(expected) {
+                let part = f64::from(count) / f64::from(SAMPLES);
+                assert!((part - expected).abs() < 0.01, "{apart}: {part} of the samples, not {expected}");
+            }
+        }
+    }
+
+    /// What has three times the power becomes three photons of the power of the others.
+    #[test]
+    fn photons_are_made_even() {
+        let mut uneven = photons(600, 0.1);
+        uneven.iter_mut().filter(|photon| photon.position.y > 0.0).for_each(|photon| photon.power = 3.0);
+        let (even, power) = evened(&uneven);
+        let sum = |photons: &[Photon]| photons.iter().map(|photon| f64::from(photon.power)).sum::<f64>();
+        let above = even.iter().filter(|photon| photon.position.y > 0.0).count();
+        assert!((even.len() as f64 * f64::from(power) / sum(&uneven) - 1.0).abs() < 0.01, "{power}");
+        assert!((above as f64 / even.len() as f64 - 0.6).abs() < 0.01, "{above} of {}", even.len());
+    }
 }

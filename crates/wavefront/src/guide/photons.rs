@@ -1,5 +1,7 @@
 //! Sends photons from the lights toward what may bend them.
 
+use std::cmp::Ordering;
+
 use brewster_buffers::{Distribution, LightSample, MaterialKind, MaterialRow, Principled, SceneBuffers};
 use brewster_film::Light;
 use brewster_geometry::{Aabb, Ray, RayByRay, RayMemory, offset_origin, surface};
@@ -21,11 +23,15 @@ use crate::stages::scatter::scatter_block;
 use crate::stages::{Arrival, Outlet, arrive, behind, weaken};
 use crate::stats::Counts;
 
-/// Photons that are sent.
-const PHOTONS: u32 = 1 << 16;
+/// Of so many samples of the picture one photon is sent, but at least and at most so many in all.
+const SAMPLES: u64 = 16;
+const PHOTONS: [u64; 2] = [1 << 12, 1 << 17];
 
 /// Photons that one thread sends in a row.
 const RUN: u32 = 1 << 10;
+
+/// Surfaces that bend a photon at most.
+const BOUNCES: u32 = 16;
 
 /// Surfaces whose facets are wider are no mirrors: what they reflect is found by rays toward lights.
 const WIDEST: f32 = 0.1;
@@ -42,10 +48,13 @@ pub(super) fn send(context: &Context<'_>) -> Option<Flight> {
     let scene = context.scene;
     let shines = scene.emitters.rows().len() > 0 || scene.background.drawn().is_some();
     let targets = if shines { Targets::new(context)? } else { return None };
-    let seed = scene.settings.seed ^ SEED;
+    let settings = &scene.settings;
+    let samples = settings.resolution.as_u64vec2().element_product() * u64::from(settings.samples);
+    let photons = (samples / SAMPLES).clamp(PHOTONS[0], PHOTONS[1]).next_power_of_two() as u32;
+    let seed = settings.seed ^ SEED;
     let context =
-        Context { sampler: Sampler::new(SamplerKind::Sobol, seed, PHOTONS), albedos: None, ..context.clone() };
-    let runs: Vec<Vec<(Option<Photon>, u64)>> = (0..PHOTONS / RUN)
+        Context { sampler: Sampler::new(SamplerKind::Sobol, seed, photons), albedos: None, ..context.clone() };
+    let runs: Vec<Vec<(Option<Photon>, u64)>> = (0..photons / RUN)
         .into_par_iter()
         .map(|run| {
             let (mut memory, mut stacks) = (RayMemory::default(), MediaStacks::default());
@@ -60,27 +69,26 @@ pub(super) fn send(context: &Context<'_>) -> Option<Flight> {
         })
         .collect();
     let all = || runs.iter().flatten();
-    let photons = all().filter_map(|(photon, _)| *photon).collect();
-    Some(Flight { photons, sent: PHOTONS.into(), rays: all().map(|(_, rays)| rays).sum() })
+    let rays = all().map(|(_, rays)| rays).sum();
+    Some(Flight { photons: all().filter_map(|(photon, _)| *photon).collect(), sent: photons.into(), rays })
 }
 
 /// Photons have other random numbers than paths.
 const SEED: u64 = 0x70_68_6f_74_6f_6e_73;
 
-/// What photons are sent toward: instances that may reflect or transmit light in few directions.
+/// What photons are sent toward: instances that may reflect or transmit light in few directions, and the boxes around them, in the order
+/// of these, so that the order of entities does not matter.
 struct Targets {
-    instances: Vec<u32>,
-    bounds: Vec<Aabb>,
+    boxes: Vec<(Aabb, u32)>,
     choice: Distribution,
-    /// The box around the scene.
-    all: Aabb,
+    /// The length of the scene's diagonal, in meters.
+    reach: f32,
 }
 
 impl Targets {
     fn new(context: &Context<'_>) -> Option<Targets> {
         let (scene, geometry) = (context.scene, context.geometry.instances());
-        let (mut instances, mut bounds, mut areas) = (Vec::new(), Vec::new(), Vec::new());
-        let mut scatters = false;
+        let (mut boxes, mut scatters) = (Vec::new(), false);
         for (instance, material) in (0..).zip(scene.instances.view().material) {
             let material = scene.materials.rows.view().get(material.0 as usize);
             scatters |= is_diffuse(scene, material);
@@ -90,16 +98,18 @@ impl Targets {
             let Ok(aabb) = geometry.bounds(instance) else { continue };
             if !aabb.is_empty() {
                 // What is flat has a volume, too.
-                let aabb = aabb.padded(1e-3 * (aabb.max - aabb.min).max_element());
-                instances.push(instance);
-                bounds.push(aabb);
-                areas.push(f64::from(aabb.half_area()));
+                boxes.push((aabb.padded(1e-3 * (aabb.max - aabb.min).max_element()), instance));
             }
         }
-        if !scatters {
-            return None;
-        }
-        Some(Targets { choice: Distribution::new(&areas)?, instances, bounds, all: context.geometry.top.bounds() })
+        let corners = |aabb: &Aabb| [aabb.min.to_array(), aabb.max.to_array()];
+        boxes.sort_by(|(a, _), (b, _)| {
+            let pairs = corners(a).into_iter().flatten().zip(corners(b).into_iter().flatten());
+            pairs.map(|(a, b)| a.total_cmp(&b)).find(|order| order.is_ne()).unwrap_or(Ordering::Equal)
+        });
+        let areas: Vec<f64> = boxes.iter().map(|(aabb, _)| f64::from(aabb.half_area())).collect();
+        let all = context.geometry.top.bounds();
+        let choice = if scatters { Distribution::new(&areas)? } else { return None };
+        Some(Targets { boxes, choice, reach: (all.max - all.min).length() })
     }
 }
 
@@ -167,7 +177,7 @@ impl Sender<'_, '_> {
         let (mut ray, target, power) = self.start(number, time)?;
         // Before that depth both ways on would be taken.
         let split_depth = scene.settings.split_depth;
-        for depth in 0..=scene.settings.max_depth {
+        for depth in 0..=scene.settings.max_depth.min(BOUNCES) {
             self.rays += 1;
             let hit = self.tracer.closest_hit(&ray.ray(time));
             if depth == 0 && hit.instance != target {
@@ -203,15 +213,12 @@ impl Sender<'_, '_> {
         let stream = sampler.stream(PixelKey::ORIGIN, number, 1);
         let [choice, place @ ..] = sampler.four(stream, Decision::Camera.at(0));
         let target = targets.choice.choose(choice);
-        let bounds = targets.bounds[target.index as usize];
+        let (bounds, instance) = targets.boxes[target.index as usize];
         let size = bounds.max - bounds.min;
         let aim = bounds.min + size * Vec3::from_array(place);
         let (light, likely) = self.light(aim, number, time)?;
-        let origin = if light.distance == f32::INFINITY {
-            aim + light.direction * (1.01 * (targets.all.max - targets.all.min).length())
-        } else {
-            light.target
-        };
+        let origin =
+            if light.distance == f32::INFINITY { aim + light.direction * (1.01 * targets.reach) } else { light.target };
         let direction = -light.direction;
         // As likely as the ray are all points of the box on it to be aimed at.
         let (enters, leaves) = ((bounds.min - aim) / direction, (bounds.max - aim) / direction);
@@ -234,7 +241,7 @@ impl Sender<'_, '_> {
             wavelength: PathWavelength::NONE,
             branch: 1,
         };
-        Some((ray, targets.instances[target.index as usize], radiance / density))
+        Some((ray, instance, radiance / density))
     }
 
     /// A light that rays can meet, as a point sees it, and the chance that it was asked.
@@ -292,5 +299,43 @@ impl Sender<'_, '_> {
             _ => {}
         }
         next.0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::PI;
+    use std::path::Path;
+
+    use brewster_import::Importer;
+
+    use super::*;
+    use crate::policy::Policy;
+
+    /// What a mirror gets of the light of a ball over its middle, all of which reaches the room around: a ball shines like a point, and
+    /// a disk of radius R at a distance h takes up (1 - h/√(h² + R²))/2 of all directions.
+    #[test]
+    fn photons_carry_the_power_that_a_mirror_reflects() {
+        let text = "Scene(
+            settings: (integrator: Path, resolution: (256, 256), samples: 16),
+            camera: Perspective(eye: (0, 1, 5)),
+            entities: [
+                (shape: Sphere(radius: 0.25), material: Emissive(radiance: 3), at: (0, 1.5, 0)),
+                (shape: Disk(radius: 2), material: Metal(r0: 1), rotate: (x: -90)),
+                (shape: Sphere(radius: 9), material: Lambert(albedo: 0.5)),
+            ],
+        )";
+        let loaded =
+            Importer::default().load_text(Path::new("a test.ron"), text).unwrap_or_else(|error| panic!("{error}"));
+        let mut world = brewster_world::Scene::new();
+        loaded.scene.apply(world.world_mut());
+        world.flatten();
+        let scene = world.buffers();
+        let context = Context::new(scene, &scene.cameras[0], Policy::default());
+        let flight = send(&context).expect("there are a lamp, a mirror and a room");
+        let found = flight.photons.iter().map(|photon| f64::from(photon.power)).sum::<f64>() / flight.sent as f64;
+        let power = 4.0 * PI * PI * 0.25 * 0.25 * 3.0;
+        let expected = power * 0.5 * (1.0 - 1.5 / (1.5f64 * 1.5 + 2.0 * 2.0).sqrt());
+        assert!((found / expected - 1.0).abs() < 0.01, "{found} W in place of {expected}");
     }
 }
