@@ -23,6 +23,11 @@ impl Took {
         Ok((result, Took { wall: begin.elapsed().as_secs_f64(), cpu }))
     }
 
+    /// This and another run.
+    pub(crate) fn and(self, other: Took) -> Took {
+        Took { wall: self.wall + other.wall, cpu: self.cpu.zip(other.cpu).map(|(own, other)| own + other) }
+    }
+
     /// What a clock says.
     pub(crate) fn on(&self, clock: Clock) -> f64 {
         match clock {

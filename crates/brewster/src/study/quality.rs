@@ -55,13 +55,14 @@ pub(crate) fn quality(
             // Every block draws numbers of its own; the control sees what the first set sees.
             let branch = 2 * place as u64 + u64::from(own > 1);
             buffers.settings.seed = branch << 32 | u64::from(2 * round) | u64::from(again);
-            let mut renderer = renderer(buffers, &subjects[0], false)?;
+            // Photons that guide paths are sent before the picture.
+            let (mut renderer, before) = Took::by(|| renderer(buffers, &subjects[0], false))?;
             for _ in 0..study.warm_up {
                 render(&mut renderer, buffers, watch.control)?;
             }
             let (film, took) = render(&mut renderer, buffers, watch.control)?;
             pictures[side as usize][usize::from(again)] = pixels(&film);
-            Ok::<Took, Failure>(took)
+            Ok::<Took, Failure>(before.and(took))
         });
         Ok::<_, Failure>(unless_interrupted(block)?.map(|block| Round { block, pictures }))
     })?;

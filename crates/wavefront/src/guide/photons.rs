@@ -54,23 +54,19 @@ pub(super) fn send(context: &Context<'_>) -> Option<Flight> {
     let seed = settings.seed ^ SEED;
     let context =
         Context { sampler: Sampler::new(SamplerKind::Sobol, seed, photons), albedos: None, ..context.clone() };
-    let runs: Vec<Vec<(Option<Photon>, u64)>> = (0..photons / RUN)
+    let runs: Vec<(Vec<Photon>, u64)> = (0..photons / RUN)
         .into_par_iter()
         .map(|run| {
             let (mut memory, mut stacks) = (RayMemory::default(), MediaStacks::default());
             let tracer = RayByRay::new(context.geometry, context.policy.level, &mut memory);
             let mut sender = Sender { context: &context, targets: &targets, tracer, stacks: &mut stacks, rays: 0 };
-            (run * RUN..(run + 1) * RUN)
-                .map(|number| {
-                    sender.rays = 0;
-                    (sender.photon(number), sender.rays)
-                })
-                .collect()
+            let photons = (run * RUN..(run + 1) * RUN).filter_map(|number| sender.photon(number)).collect();
+            (photons, sender.rays)
         })
         .collect();
-    let all = || runs.iter().flatten();
-    let rays = all().map(|(_, rays)| rays).sum();
-    Some(Flight { photons: all().filter_map(|(photon, _)| *photon).collect(), sent: photons.into(), rays })
+    let rays = runs.iter().map(|(_, rays)| rays).sum();
+    let came = runs.into_iter().flat_map(|(photons, _)| photons).collect();
+    Some(Flight { photons: came, sent: photons.into(), rays })
 }
 
 /// Photons have other random numbers than paths.
