@@ -20,7 +20,7 @@ fn light_by_way_of_a_mirror_is_that_of_the_mirror_image() {
     let scene = |depth: u32, other: &str| {
         parse(&format!(
             r#"Scene(
-                settings: (integrator: Path, resolution: (64, 48), max_depth: {depth}, samples: 32, filter: Box),
+                settings: (integrator: Path, resolution: (64, 48), max_depth: {depth}, guiding: true, samples: 32, filter: Box),
                 camera: Perspective(eye: (2.5, 2, 0), target: (1.6, 0, 0), vfov: 30),
                 entities: [
                     (shape: Quad(size: (20, 20)), material: Lambert(albedo: (0.8, 0.6, 0.4)), rotate: (x: -90)),

@@ -1,6 +1,6 @@
 //! Renders a scene of a performance laboratory and prints one JSON line with the fields of the other renderers' lines:
-//! `cargo bench -p brewster-tests --bench laboratory -- SCENE.json [--threads N] [--spp N] [--runs N] [--rr] [--hdr FILE] [--ron FILE]`.
-//! `--rr` renders with Russian roulette. The last two write the picture, and the scene for other commands, to be kept beside its files.
+//! `cargo bench -p brewster-tests --bench laboratory -- SCENE.json [--threads N] [--spp N] [--runs N] [--rr] [--guided] [--hdr FILE] [--ron FILE]`.
+//! `--rr` renders with Russian roulette, `--guided` with guided paths. The last two write the picture, and the scene for other commands, to be kept beside its files.
 //!
 //! A `SCENE.json` has `width`, `height`, `spp`, `max_depth` (of a path's rays, the one from the light included), `camera` (`origin`,
 //! `target`, `fov_deg`), `environment` (null, `constant` with `radiance`, or `map` with `file`), `materials` (`diffuse` and `mirror` with
@@ -23,6 +23,7 @@ struct Options {
     samples: Option<u64>,
     runs: usize,
     roulette: bool,
+    guided: bool,
     hdr: Option<String>,
     ron: Option<String>,
 }
@@ -32,10 +33,15 @@ fn main() {
     let mut arguments = std::env::args().skip(1).filter(|argument| argument != "--bench");
     // `cargo bench` starts all benches of a package.
     let Some(scene) = arguments.next() else { return println!("laboratory: no scene was named") };
-    let mut options = Options { threads: 1, samples: None, runs: 3, roulette: false, hdr: None, ron: None };
+    let mut options =
+        Options { threads: 1, samples: None, runs: 3, roulette: false, guided: false, hdr: None, ron: None };
     while let Some(name) = arguments.next() {
         if name == "--rr" {
             options.roulette = true;
+            continue;
+        }
+        if name == "--guided" {
+            options.guided = true;
             continue;
         }
         let value = arguments.next().unwrap_or_else(|| panic!("{name} needs a value"));
@@ -46,7 +52,7 @@ fn main() {
             "--runs" => options.runs = number() as usize,
             "--hdr" => options.hdr = Some(value),
             "--ron" => options.ron = Some(value),
-            _ => panic!("there is no {name}: --threads, --spp, --runs, --rr, --hdr or --ron was expected"),
+            _ => panic!("there is no {name}: --threads, --spp, --runs, --rr, --guided, --hdr or --ron was expected"),
         }
     }
     println!("{}", measure(Path::new(&scene), &options, begin));
@@ -58,7 +64,7 @@ fn measure(path: &Path, options: &Options, begin: Instant) -> Value {
     let samples = options.samples.unwrap_or_else(|| whole(&description["spp"]));
     let start = Instant::now();
     let mut session = Session::new(path, SessionOptions::default());
-    let scene = ron(&description, samples, options.roulette);
+    let scene = ron(&description, samples, options);
     if let Some(file) = &options.ron {
         std::fs::write(file, &scene).expect("the scene can be written");
     }
@@ -95,6 +101,7 @@ fn measure(path: &Path, options: &Options, begin: Instant) -> Value {
         "spp": samples,
         "max_depth": description["max_depth"],
         "rr": options.roulette,
+        "guided": options.guided,
         "threads": options.threads,
         "load_s": load,
         "first_render_s": times[0],
@@ -114,7 +121,7 @@ fn whole(value: &Value) -> u64 {
 }
 
 /// The scene in our own format.
-fn ron(description: &Value, samples: u64, roulette: bool) -> String {
+fn ron(description: &Value, samples: u64, &Options { roulette, guided, .. }: &Options) -> String {
     let name = |value: &Value| value.as_str().expect("a name").to_owned();
     let entries = |field: &str| description[field].as_object().expect("a map").iter();
     let materials = entries("materials").map(|(key, material)| {
@@ -150,7 +157,7 @@ fn ron(description: &Value, samples: u64, roulette: bool) -> String {
         "Scene(
             settings: (
                 integrator: Path, resolution: ({}, {}), samples: {samples}, max_depth: {max_depth}, filter: Box,
-                roulette: {roulette},
+                roulette: {roulette}, guiding: {guided},
             ),
             camera: Perspective(eye: {}, target: {}, vfov: {}),
             background: {background},

@@ -59,7 +59,7 @@ impl Default for Settings {
             sampler: SamplerKind::Sobol,
             split_depth: 1,
             roulette: true,
-            guiding: true,
+            guiding: false,
             clamp: f32::INFINITY,
             ray_offset: 0.0,
             filter: PixelFilter::BlackmanHarris,

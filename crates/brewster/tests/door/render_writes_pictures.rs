@@ -63,7 +63,7 @@ fn options_take_the_place_of_settings() {
     let expected = serde_json::json!({
         "resolution": [20, 10], "crop": [4, 2, 8, 6], "camera": "", "integrator": "Whitted", "max_depth": 1,
         "samples": 3, "noise_threshold": null, "seed": 5, "sampler": "Sobol", "split_depth": 1, "roulette": true,
-        "guiding": true, "clamp": null,
+        "guiding": false, "clamp": null,
         "filter": "BlackmanHarris", "transparent_shadows": false,
         "contribution_threshold": 0.0, "exposure": 0.0, "tone_mapping": "Srgb",
     });

@@ -1,6 +1,6 @@
 //! Cells of photons that lie near each other, and the directions that these came from.
 
-use std::f32::consts::TAU;
+use std::f32::consts::{PI, TAU};
 
 use brewster_geometry::Aabb;
 use brewster_lanes::math;
@@ -18,8 +18,10 @@ pub(super) struct Photon {
     pub(super) toward: Vec3,
     /// Its power times the number of photons that were sent, in lumens.
     pub(super) power: f32,
-    /// An estimate of the irradiance that lights bring to the place without detour.
-    pub(super) direct: f32,
+    /// Its radiance.
+    pub(super) radiance: f32,
+    /// An estimate of the irradiance of the place by light that other scattered rays find.
+    pub(super) others: f32,
 }
 
 /// Photons by place: a binary tree with cells for leaves.
@@ -68,11 +70,11 @@ const MOST: usize = 2 * LANES;
 /// Fewer photons than this make no guide.
 const LEAST: usize = 4 * MOST;
 
-/// What a caustic is held against, to say how many rays look for it: this part of the light that comes without detour.
-const OTHERS: f32 = 0.25;
+/// The part of a cell's rays that is directed at most.
+const MOST_SHARE: f32 = 0.9;
 
-/// The least and the most of a cell's rays that are directed.
-const SHARES: [f32; 2] = [0.1, 0.9];
+/// The second moment of what directed rays find of a caustic, as a multiple of its square: directions miss it, and lie more densely here than there.
+const MISSES: f32 = 4.0;
 
 /// Around a photon's direction rays are spread so far that half of them lie nearer than this part of the cell's photons; not less than 2.6°.
 const NEAR: usize = 8;
@@ -86,16 +88,8 @@ impl Cells {
             return None;
         }
         let mut cells = Cells { nodes: Vec::new(), depth: 0, cells: Vec::new(), directions: Vec::new() };
-        let mut lit = Vec::new();
-        cells.grow(&mut photons, 0, &mut lit);
-        let (area, light) =
-            lit.iter().fold((0.0, 0.0), |(area, light), &[own, direct]| (area + own, light + own * direct));
-        let others = OTHERS * light / area;
-        for (cell, [area, _]) in cells.cells.iter_mut().zip(lit) {
-            let caustic = power / sent as f32 * cell.photons as f32 / area;
-            cell.share = (caustic / (caustic + others)).clamp(SHARES[0], SHARES[1]);
-        }
-        Some(cells)
+        cells.grow(&mut photons, 0, power / sent as f32);
+        cells.cells.iter().any(|cell| cell.share > 0.0).then_some(cells)
     }
 
     pub(super) fn kept(&self) -> usize {
@@ -106,15 +100,15 @@ impl Cells {
         size_of_val(&*self.nodes) + size_of_val(&*self.cells) + size_of_val(&*self.directions)
     }
 
-    /// Adds the tree of photons; `lit` gets each cell's area and the irradiance without detour there.
-    fn grow(&mut self, photons: &mut [Photon], depth: u32, lit: &mut Vec<[f32; 2]>) {
+    /// Adds the tree of photons of some power each.
+    fn grow(&mut self, photons: &mut [Photon], depth: u32, power: f32) {
         let bounds = Aabb::around(photons.iter().map(|photon| photon.position));
         let size = bounds.max - bounds.min;
         let at = self.nodes.len();
         self.nodes.push(Node { split: 0.0, axis: 0, children: [at as u32; 2], cell: self.cells.len() as u32 });
         if photons.len() <= MOST || size == Vec3::ZERO {
             self.depth = self.depth.max(depth);
-            return self.add(photons, bounds, lit);
+            return self.add(photons, bounds, power);
         }
         let axis = size.max_position();
         photons.sort_unstable_by(|a, b| a.position[axis].total_cmp(&b.position[axis]));
@@ -125,23 +119,28 @@ impl Cells {
         let (before, behind) = photons.split_at_mut(if before > 0 { before } else { behind });
         let split = behind[0].position[axis];
         let first = self.nodes.len() as u32;
-        self.grow(before, depth + 1, lit);
+        self.grow(before, depth + 1, power);
         let second = self.nodes.len() as u32;
-        self.grow(behind, depth + 1, lit);
+        self.grow(behind, depth + 1, power);
         self.nodes[at] = Node { split, axis: axis as u32, children: [first, second], cell: 0 };
     }
 
-    fn add(&mut self, photons: &[Photon], bounds: Aabb, lit: &mut Vec<[f32; 2]>) {
+    fn add(&mut self, photons: &[Photon], bounds: Aabb, power: f32) {
         let count = photons.len() as f32;
         let mut sides = (bounds.max - bounds.min).to_array();
         sides.sort_unstable_by(|a, b| b.total_cmp(a));
         let [long, across, _] = sides;
-        let direct = photons.iter().map(|photon| photon.direct).sum::<f32>() / count;
-        lit.push([(long * across.max(0.1 * long)).max(f32::MIN_POSITIVE), direct]);
+        let area = (long * across.max(0.1 * long)).max(f32::MIN_POSITIVE);
         // About as much lies between the photons of neighboring cells.
         let gap = 1.5 * long / count.sqrt();
         let (first, photon_count) = (self.directions.len() as u32, photons.len() as u32);
-        let cell = Cell { bounds: bounds.padded(gap), first, photons: photon_count, width: width(photons), share: 0.0 };
+        let cell = Cell {
+            bounds: bounds.padded(gap),
+            first,
+            photons: photon_count,
+            width: width(photons),
+            share: share(photons, power * count / area),
+        };
         self.cells.push(cell);
         for run in photons.chunks(LANES) {
             let mut directions = Directions { xyz: [[0.0; LANES]; 3], there: [0.0; LANES] };
@@ -160,17 +159,17 @@ impl Cells {
     pub(crate) fn find<const N: usize>(&self, points: &Vectors<N>) -> [Option<&Cell>; N] {
         let mut at = [0u32; N];
         for _ in 0..self.depth {
-            for row in 0..N {
-                let node = &self.nodes[at[row] as usize];
+            for (row, at) in at.iter_mut().enumerate() {
+                let node = &self.nodes[*at as usize];
                 let is_beyond = points.0[node.axis as usize][row] >= node.split;
-                at[row] = node.children[usize::from(is_beyond)];
+                *at = node.children[usize::from(is_beyond)];
             }
         }
         let mut found = [None; N];
         for row in 0..N {
             let cell = &self.cells[self.nodes[at[row] as usize].cell as usize];
             let (point, Aabb { min, max }) = (points.get(row), cell.bounds);
-            if point.cmpge(min).all() & point.cmple(max).all() {
+            if point.cmpge(min).all() & point.cmple(max).all() & (cell.share > 0.0) {
                 found[row] = Some(cell);
             }
         }
@@ -216,6 +215,18 @@ impl Cells {
             1.0 - versine,
         ))
     }
+}
+
+/// The part of a cell's rays that makes for the least noise, where the caustic's irradiance is known.
+///
+/// Of scattered rays alone the caustic, of radiance L and irradiance E, makes a second moment of πLE, and all else one of M. With a share s
+/// of directed rays it is `MISSES E²/s + M/(1 - s)`, the least of which is `(√MISSES E + √M)²`. Where that is more than before, none is directed.
+fn share(photons: &[Photon], caustic: f32) -> f32 {
+    let mean = |of: &dyn Fn(&Photon) -> f32| photons.iter().map(of).sum::<f32>() / photons.len() as f32;
+    let radiance = mean(&|photon| photon.radiance);
+    let [directed, others] = [MISSES.sqrt() * caustic, mean(&|photon| photon.others * photon.others).sqrt()];
+    let pays = directed * directed + 2.0 * directed * others < PI * radiance * caustic;
+    if pays { (directed / (directed + others)).min(MOST_SHARE) } else { 0.0 }
 }
 
 /// Photons of one power, which is told, in place of some of many powers: as many as these are worth.
@@ -267,7 +278,13 @@ mod tests {
                 let toward = warp::cone(Vec2::new(u, v), apart);
                 let toward = if above { -toward } else { toward };
                 let position = Vec3::new(x, if above { 2.0 } else { -1.0 }, z);
-                Photon { position, toward: Vec3::new(toward.x, toward.z, toward.y), power: 1.0, direct: 1.0 }
+                Photon {
+                    position,
+                    toward: Vec3::new(toward.x, toward.z, toward.y),
+                    power: 1.0,
+                    radiance: 1e6,
+                    others: 1.0,
+                }
             })
             .collect()
     }

@@ -1,12 +1,15 @@
 //! Sends photons from the lights toward what may bend them.
 
 use std::cmp::Ordering;
+use std::f32::consts::PI;
 
 use brewster_buffers::{Distribution, LightSample, MaterialKind, MaterialRow, Principled, SceneBuffers};
 use brewster_film::Light;
 use brewster_geometry::{Aabb, Ray, RayByRay, RayMemory, offset_origin, surface};
+use brewster_optics::basis::Basis;
 use brewster_optics::dispersion::PathWavelength;
-use brewster_optics::lobe::{DELTA, mean};
+use brewster_optics::lobe::{DELTA, mean, power_heuristic};
+use brewster_optics::warp;
 use glam::Vec3;
 use rayon::prelude::*;
 
@@ -36,6 +39,9 @@ const BOUNCES: u32 = 16;
 /// Surfaces whose facets are wider are no mirrors: what they reflect is found by rays toward lights.
 const WIDEST: f32 = 0.1;
 
+/// The albedo that surfaces around a caustic are taken to have.
+const GRAY: f32 = 0.5;
+
 /// What became of the photons.
 pub(super) struct Flight {
     pub(super) photons: Vec<Photon>,
@@ -46,7 +52,7 @@ pub(super) struct Flight {
 /// Sends photons; none if there is nothing to send them from, toward or to.
 pub(super) fn send(context: &Context<'_>) -> Option<Flight> {
     let scene = context.scene;
-    let shines = scene.emitters.rows().len() > 0 || scene.background.drawn().is_some();
+    let shines = !scene.emitters.rows().is_empty() || scene.background.drawn().is_some();
     let targets = if shines { Targets::new(context)? } else { return None };
     let settings = &scene.settings;
     let samples = settings.resolution.as_u64vec2().element_product() * u64::from(settings.samples);
@@ -145,6 +151,12 @@ struct Sender<'s, 'a> {
     rays: u64,
 }
 
+/// A ray where it has come to, with the surface there; none outside of everything.
+struct Came {
+    ray: PathRay,
+    hit: Option<SurfaceHit>,
+}
+
 /// The one ray that goes on.
 struct Next(Option<PathRay>);
 
@@ -165,18 +177,34 @@ impl Outlet for Next {
 impl Sender<'_, '_> {
     /// Where a photon comes to a surface that scatters, if it does.
     fn photon(&mut self, number: u32) -> Option<Photon> {
-        let context = self.context;
-        let (scene, sampler) = (context.scene, &context.sampler);
         let sample = Sample { pixel: 0, key: PixelKey::ORIGIN, number, light: Light::NONE, rays: 0, rejected: 0 };
-        let stream = sampler.stream(sample.key, number, 1);
-        let time = context.time(sample.key, number);
-        let (mut ray, target, power) = self.start(number, time)?;
+        let (ray, target, power) = self.start(number)?;
+        let Came { ray, hit: Some(hit) } = self.walk(ray, &sample, Some(target))? else { return None };
+        let (kept, is_caustic) = (mean(ray.weight), ray.trail != Trail::CAMERA);
+        let (position, toward) = (hit.point.position, -ray.direction());
+        let [power, radiance] = [power[0] * kept, power[1] * kept];
+        let is_sound = power > 0.0 && power.is_finite();
+        (is_caustic && is_sound).then(|| Photon {
+            position,
+            toward,
+            power,
+            radiance,
+            others: self.others(&hit, &sample),
+        })
+    }
+
+    /// Follows a ray through what bends it to what does not, if it gets there; the first thing that it meets is `target`, if one is given.
+    fn walk(&mut self, mut ray: PathRay, sample: &Sample, target: Option<u32>) -> Option<Came> {
+        let context = self.context;
+        let scene = context.scene;
+        let stream = context.sampler.stream(sample.key, sample.number, ray.branch);
+        let time = context.time(sample.key, sample.number);
         // Before that depth both ways on would be taken.
         let split_depth = scene.settings.split_depth;
         for depth in 0..=scene.settings.max_depth.min(BOUNCES) {
             self.rays += 1;
             let hit = self.tracer.closest_hit(&ray.ray(time));
-            if depth == 0 && hit.instance != target {
+            if depth == 0 && target.is_some_and(|target| hit.instance != target) {
                 return None;
             }
             weaken(context, &mut ray.weight, self.stacks.filling(ray.media), hit.t, &mut Counts::default());
@@ -185,25 +213,21 @@ impl Sender<'_, '_> {
                 Arrival::NoBoundary(crossing) => ray = behind(context, &ray, &crossing, &mut Counts::default()),
                 Arrival::Surface(kind, hit) => {
                     let material = scene.instances.view().material[hit.instance as usize];
-                    let material =
-                        MaterialRow { kind, row: hit.material, ..scene.materials.rows.view().get(material.0 as usize) };
-                    if is_diffuse(scene, material) {
-                        let power = power * mean(ray.weight);
-                        let is_caustic = ray.trail != Trail::CAMERA && power > 0.0 && power.is_finite();
-                        let (position, toward) = (hit.point.position, -ray.direction());
-                        let direct = |sender: &mut Self| sender.direct(&hit, &sample, time);
-                        return is_caustic.then(|| Photon { position, toward, power, direct: direct(self) });
+                    let material = scene.materials.rows.view().get(material.0 as usize);
+                    if is_diffuse(scene, MaterialRow { kind, row: hit.material, ..material }) {
+                        return Some(Came { ray, hit: Some(hit) });
                     }
-                    ray = self.bend(kind, &ray, &hit, &sample, split_depth + depth)?;
+                    ray = self.bend(kind, &ray, &hit, sample, split_depth + depth)?;
                 }
-                Arrival::Nothing | Arrival::Medium(_) => return None,
+                Arrival::Nothing => return Some(Came { ray, hit: None }),
+                Arrival::Medium(_) => return None,
             }
         }
         None
     }
 
-    /// A ray from a light toward a target, which is told, and its power times the number of photons.
-    fn start(&self, number: u32, time: f32) -> Option<(PathRay, u32, f32)> {
+    /// A ray from a light toward a target, which is told, its power times the number of photons, and its radiance.
+    fn start(&self, number: u32) -> Option<(PathRay, u32, [f32; 2])> {
         let Sender { context, targets, .. } = self;
         let sampler = &context.sampler;
         let stream = sampler.stream(PixelKey::ORIGIN, number, 1);
@@ -212,7 +236,7 @@ impl Sender<'_, '_> {
         let (bounds, instance) = targets.boxes[target.index as usize];
         let size = bounds.max - bounds.min;
         let aim = bounds.min + size * Vec3::from_array(place);
-        let (light, likely) = self.light(aim, number, time)?;
+        let (light, likely) = self.light(aim, number)?;
         let origin =
             if light.distance == f32::INFINITY { aim + light.direction * (1.01 * targets.reach) } else { light.target };
         let direction = -light.direction;
@@ -221,54 +245,59 @@ impl Sender<'_, '_> {
         let chord = enters.max(leaves).min_element() - enters.min(leaves).max_element();
         let radiance = mean(light.radiance);
         let density = light.pdf * likely * chord / size.element_product() * target.probability;
-        let ray = PathRay {
-            origin_x: origin.x,
-            origin_y: origin.y,
-            origin_z: origin.z,
-            direction_x: direction.x,
-            direction_y: direction.y,
-            direction_z: direction.z,
-            weight: light.radiance / radiance,
-            pdf: DELTA,
-            sample: 0,
-            trail: Trail::CAMERA,
-            instance: NO_INSTANCE,
-            media: MediaId::VACUUM,
-            wavelength: PathWavelength::NONE,
-            branch: 1,
-        };
-        Some((ray, instance, radiance / density))
+        let weight = light.radiance / radiance;
+        let ray = sent(origin, direction, weight, 1);
+        Some((ray, instance, [radiance / density, radiance]))
     }
 
     /// A light that rays can meet, as a point sees it, and the chance that it was asked.
-    fn light(&self, point: Vec3, number: u32, time: f32) -> Option<(LightSample, f32)> {
+    fn light(&self, point: Vec3, number: u32) -> Option<(LightSample, f32)> {
         let (scene, sampler) = (self.context.scene, &self.context.sampler);
         let stream = sampler.stream(PixelKey::ORIGIN, number, 1);
         let place = sampler.pair(stream, Decision::LightPoint.at(0));
         let choice = sampler.one(stream, Decision::Light.at(0));
         let (chance, sky) = match scene.background.drawn() {
             Some(map) if scene.emitters.is_empty() => (1.0, Some(map)),
-            Some(map) => (0.5, (sampler.one(stream, Decision::Lobe.at(0)) < 0.5).then_some(map)),
+            Some(map) => (0.5, (sampler.one(stream, Decision::Distance.at(0)) < 0.5).then_some(map)),
             None => (1.0, None),
         };
         let light = match sky {
             Some(map) => map.sample(place)?,
-            None => scene.sample_light(point, time, choice, place)?,
+            None => scene.sample_light(point, self.context.time(PixelKey::ORIGIN, number), choice, place)?,
         };
         (!light.is_delta).then_some((light, chance))
     }
 
     /// The irradiance of a place by the light that it sees.
-    fn direct(&mut self, hit: &SurfaceHit, sample: &Sample, time: f32) -> f32 {
-        let Some((light, chance)) = self.light(hit.point.position, sample.number, time) else { return 0.0 };
+    fn direct(&mut self, hit: &SurfaceHit, sample: &Sample) -> f32 {
+        let Some((light, chance)) = self.light(hit.point.position, sample.number) else { return 0.0 };
         let (direction, distance) = light.ray_from(offset_origin(&hit.point, light.direction));
         let origin = offset_origin(&hit.point, direction);
+        let time = self.context.time(sample.key, sample.number);
         self.rays += 1;
         if self.tracer.occluded(&Ray { origin, direction, time }, distance) {
             return 0.0;
         }
         let cosine = light.direction.dot(hit.point.geometric_normal).abs();
         mean(light.radiance) * cosine / (light.pdf * chance)
+    }
+
+    /// What a place gets by a ray that is scattered evenly, as an estimate of its irradiance without caustics and what rays toward lights
+    /// find: of the sky, or of a gray surface.
+    fn others(&mut self, hit: &SurfaceHit, sample: &Sample) -> f32 {
+        let (context, branch) = (self.context, 2);
+        let stream = context.sampler.stream(sample.key, sample.number, branch);
+        let u = context.sampler.pair(stream, Decision::Direction.at(0));
+        let local = warp::cosine_hemisphere(u.into());
+        let direction = Basis::around(hit.point.geometric_normal).to_world(local);
+        let ray = sent(offset_origin(&hit.point, direction), direction, Vec3::ONE, branch);
+        let Some(Came { ray, hit }) = self.walk(ray, sample, None) else { return 0.0 };
+        let Some(hit) = hit else {
+            let background = &context.scene.background;
+            let share = power_heuristic(warp::cosine_hemisphere_pdf(local), background.pdf(ray.direction()));
+            return PI * mean(background.radiance(ray.direction()) * ray.weight) * share;
+        };
+        GRAY * self.direct(&hit, sample) * mean(ray.weight)
     }
 
     /// The ray that a surface sends on, if it does.
@@ -295,6 +324,26 @@ impl Sender<'_, '_> {
             _ => {}
         }
         next.0
+    }
+}
+
+/// A ray that is sent in vacuum.
+fn sent(origin: Vec3, direction: Vec3, weight: Vec3, branch: u32) -> PathRay {
+    PathRay {
+        origin_x: origin.x,
+        origin_y: origin.y,
+        origin_z: origin.z,
+        direction_x: direction.x,
+        direction_y: direction.y,
+        direction_z: direction.z,
+        weight,
+        pdf: DELTA,
+        sample: 0,
+        trail: Trail::CAMERA,
+        instance: NO_INSTANCE,
+        media: MediaId::VACUUM,
+        wavelength: PathWavelength::NONE,
+        branch,
     }
 }
 

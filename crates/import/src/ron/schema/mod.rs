@@ -79,8 +79,8 @@ schema! {
         /// `Path`: whether rays of little weight are ended by chance, and the others carry what they would have brought.
         roulette: bool = "true" => "false",
         /// `Path`: whether diffuse surfaces look for the light that mirrors and glass throw on them: photons that are sent before
-        /// the first sample say from where it comes.
-        guiding: bool = "true" => "false",
+        /// the first sample say from where it comes. It pays where a small lamp shines on smooth glass or metal; elsewhere it takes time.
+        guiding: bool = "false" => "true",
         /// `Path`: the largest radiance that one contribution may bring: less noise, and light is missing. Without it nothing
         /// is held back.
         clamp: Option<f32> as "nit" where ABOVE_ZERO => "20",

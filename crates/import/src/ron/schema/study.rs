@@ -146,7 +146,7 @@ schema! {
         /// `Path`: interactions before which a dielectric sends both rays.
         split_depth: Option<u32> where DEPTH => "3",
         /// `Path`: whether diffuse surfaces look for the light that mirrors and glass throw on them.
-        guiding: Option<bool> => "false",
+        guiding: Option<bool> => "true",
         /// Samples per pixel.
         samples: Option<u32> where SAMPLES => "16",
         /// The number of interactions on a path that may scatter on.
