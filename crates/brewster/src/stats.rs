@@ -7,6 +7,7 @@
 use std::time::Duration;
 
 use brewster_film::SCALE;
+use brewster_wavefront::guide::Guide;
 use brewster_wavefront::ledger::Ledger;
 use brewster_wavefront::queues::RaySource;
 use brewster_wavefront::{Counts, Stage, Stats};
@@ -73,6 +74,7 @@ struct GuideStats {
     photons: u64,
     kept: usize,
     rays: u64,
+    bytes: usize,
 }
 
 #[derive(Clone, Debug, Serialize)]
@@ -223,7 +225,7 @@ impl StatsFile {
                 warnings: session.warnings().len(),
             },
             settings: SettingsStats::new(render),
-            guide: render.guide().map(|guide| GuideStats { photons: guide.sent, kept: guide.kept(), rays: guide.rays }),
+            guide: render.guide().map(GuideStats::new),
             samples: SampleStats {
                 asked: samples.asked,
                 least: samples.least,
@@ -255,6 +257,12 @@ impl StatsFile {
             fireflies: render.fireflies(),
             times: TimeStats::new(render, &stats),
         }
+    }
+}
+
+impl GuideStats {
+    fn new(guide: &Guide) -> GuideStats {
+        GuideStats { photons: guide.sent, kept: guide.kept(), rays: guide.rays, bytes: guide.bytes() }
     }
 }
 

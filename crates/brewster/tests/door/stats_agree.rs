@@ -66,6 +66,20 @@ const PATH: &str = r#"Scene(
 )
 "#;
 
+/// Photons are told where they are asked for and find a mirror: never more than were sent.
+#[test]
+fn photons_are_told() {
+    let desk = Desk::new();
+    desk.write("scene.ron", &PATH.replace("roughness: 0.4", "roughness: 0"));
+    assert_eq!(stats(&desk, "")["guide"], Value::Null);
+    let guide = &stats(&desk, "--guiding true")["guide"];
+    let number = |name: &str| guide[name].as_u64().expect("a count");
+    let [photons, kept, rays] = ["photons", "kept", "rays"].map(number);
+    assert!(photons == 4096 && 0 < kept && kept < photons && photons < rays && number("bytes") > 12 * kept, "{guide}");
+    desk.write("scene.ron", PATH);
+    assert_eq!(stats(&desk, "--guiding true")["guide"], Value::Null);
+}
+
 #[test]
 fn energy_adds_up() {
     let desk = Desk::new();

@@ -1,7 +1,7 @@
 //! Path guiding: where diffuse surfaces look for light that mirrors and glass throw on them.
 //!
 //! Such light, a caustic, is met by no ray toward a light, for what bends it stands in between, and by few of the rays that a surface
-//! scatters evenly: it is most of a picture's noise. Before the first sample, photons go from the lights toward what may bend them;
+//! scatters evenly: where a small lamp makes it, it is most of the noise. Before the first sample, photons go from the lights toward what may bend them;
 //! where they come to surfaces that scatter, cells keep the directions that they came from. There a part of a surface's rays, the larger
 //! the brighter the caustic is, is sent into directions near to these, as in H. W. Jensen, *Importance Driven Path Tracing Using the
 //! Photon Map*, EGWR 1995.

@@ -149,11 +149,32 @@ mod tests {
     }
 
     #[test]
+    fn paths_are_guided_until_they_are_spread_anew() {
+        use Event::{Guided, Mirrored, Refracted, Scattered, Spread, SpreadThrough};
+        let cases: [(&[Event], bool); 9] = [
+            (&[], false),
+            (&[Guided], true),
+            (&[Guided, Refracted, Refracted], true),
+            (&[Refracted, Spread, Guided, Mirrored], true),
+            (&[Mirrored, Refracted], false),
+            (&[Guided, Spread], false),
+            (&[Guided, Refracted, SpreadThrough, Mirrored], false),
+            (&[Guided, Scattered], false),
+            (&[Guided, Refracted, Guided, Mirrored], true),
+        ];
+        for (events, expected) in cases {
+            assert_eq!(trail(events).is_guided(), expected, "{events:?}");
+        }
+        assert_eq!(trail(&[Guided, Refracted]).end(End::Emitter).to_string(), "C D* T E");
+    }
+
+    #[test]
     fn the_first_event_tells_the_part() {
-        use Event::{Mirrored, Refracted, Scattered, Spread, SpreadThrough};
+        use Event::{Guided, Mirrored, Refracted, Scattered, Spread, SpreadThrough};
         for (first, part) in [
             (Mirrored, Part::Reflection),
             (Spread, Part::Reflection),
+            (Guided, Part::Reflection),
             (Refracted, Part::Transmission),
             (SpreadThrough, Part::Transmission),
             (Scattered, Part::Transmission),

@@ -139,7 +139,7 @@ pub struct Onward<'a> {
 /// Light that two techniques can find is shared between them by the power heuristic. Of rays whose weight has become small
 /// some are given up and the others weigh more.
 ///
-/// Reads: rays, hits, random numbers, samples, the kind's materials, textures, lights, background. Writes: shadow rays, the next depth's reflection
+/// Reads: rays, hits, random numbers, samples, the kind's materials, textures, lights, background, the guide. Writes: shadow rays, the next depth's reflection
 /// and transmission queues, the media stacks, and contributions of what is no number.
 pub fn scatter<Kind: Scatter>(
     context: &Context<'_>,
