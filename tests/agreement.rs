@@ -172,6 +172,15 @@ pub fn estimate(scene: &SceneBuffers, block: Block, seeds: u64, threads: usize) 
     sums.iter().map(mean).unzip()
 }
 
+/// The largest |z| of all blocks and channels of two scenes' pictures, of 40 seeds each, and its [`bound`].
+pub fn compare(a: &SceneBuffers, b: &SceneBuffers, block: Block) -> (f64, f64) {
+    const SEEDS: u64 = 40;
+    let ((a, a_errors), (b, b_errors)) = (estimate(a, block, SEEDS, 2), estimate(b, block, SEEDS, 2));
+    let errors = a_errors.iter().zip(&b_errors).map(|(a, b)| a.hypot(*b));
+    let z = a.iter().zip(&b).zip(errors).map(|((a, b), error)| if a == b { 0.0 } else { (a - b).abs() / error });
+    (z.fold(0.0, f64::max), bound(a.len()))
+}
+
 /// What |z| of `count` comparisons stays below but for false alarms.
 pub fn bound(count: usize) -> f64 {
     normal_quantile(1.0 - 0.5 * FALSE_ALARMS / count as f64)

@@ -1,18 +1,11 @@
 //! Where rays look for light that mirrors and glass throw is a question of noise alone.
 
 use brewster_buffers::SceneBuffers;
-use brewster_tests::agreement::{bound, estimate};
+use brewster_tests::agreement::{compare, estimate};
 
 use crate::scene::{load, parse};
 
 const BLOCK: [usize; 2] = [16, 16];
-
-fn z(a: &SceneBuffers, b: &SceneBuffers, seeds: u64) -> (f64, f64) {
-    let ((a, a_errors), (b, b_errors)) = (estimate(a, BLOCK, seeds, 2), estimate(b, BLOCK, seeds, 2));
-    let errors = a_errors.iter().zip(&b_errors).map(|(a, b)| a.hypot(*b));
-    let z = a.iter().zip(&b).zip(errors).map(|((a, b), error)| if a == b { 0.0 } else { (a - b).abs() / error });
-    (z.fold(0.0, f64::max), bound(a.len()))
-}
 
 /// A floor beside a mirror is lit by the lamp and by its mirror image, a lamp behind the wall.
 #[test]
@@ -32,7 +25,7 @@ fn light_by_way_of_a_mirror_is_that_of_the_mirror_image() {
     };
     let mirror = scene(2, "(shape: Quad(size: (40, 40)), material: Metal(r0: 1), rotate: (y: 90)),");
     let image = scene(1, "(shape: Sphere(radius: 0.1), material: Emissive(radiance: 100), at: (-0.8, 0.9, -0.3)),");
-    let (worst, bound) = z(&mirror, &image, 40);
+    let (worst, bound) = compare(&mirror, &image, BLOCK);
     assert!(worst < bound, "|z| = {worst:.2}, not below {bound:.2}");
 }
 
@@ -44,7 +37,7 @@ fn guided_paths_agree_with_others_and_are_less_noisy() {
     others.settings.guiding = false;
     // Else both would take the same numbers.
     others.settings.samples = 64;
-    let (worst, bound) = z(&guided, &others, 40);
+    let (worst, bound) = compare(&guided, &others, BLOCK);
     assert!(worst < bound, "|z| = {worst:.2}, not below {bound:.2}");
     others.settings.samples = guided.settings.samples;
     let variance =

@@ -1,7 +1,7 @@
 //! Whether glass splits paths or chooses, and which integrator follows them, is a question of noise alone.
 
 use brewster_buffers::{Integrator, SamplerKind, SceneBuffers};
-use brewster_tests::agreement::{BLOCK, bound, estimate};
+use brewster_tests::agreement::{BLOCK, compare};
 
 use crate::scene::parse;
 
@@ -31,15 +31,6 @@ fn scene_with(floor: &str, frosted: &str) -> SceneBuffers {
 const DIFFUSE: &str = "material: Lambert(albedo: Checker(a: 0.2, b: 0.7, size: 0.125))";
 
 const MIRROR: &str = "material: Metal(r0: (0.8, 0.7, 0.6))";
-
-/// The largest z of all blocks and channels of two scenes' pictures, and its bound.
-fn compare(a: &SceneBuffers, b: &SceneBuffers) -> (f64, f64) {
-    const SEEDS: u64 = 40;
-    let ((a, a_errors), (b, b_errors)) = (estimate(a, BLOCK, SEEDS, 2), estimate(b, BLOCK, SEEDS, 2));
-    let errors = a_errors.iter().zip(&b_errors).map(|(a, b)| a.hypot(*b));
-    let z = a.iter().zip(&b).zip(errors).map(|((a, b), error)| if a == b { 0.0 } else { (a - b).abs() / error });
-    (z.fold(0.0, f64::max), bound(a.len()))
-}
 
 #[test]
 fn splitting_and_choosing_agree_at_any_depth() {
@@ -77,7 +68,7 @@ fn splits_agree(mut choosing: SceneBuffers, split_depths: &[u32]) {
         splitting.settings.split_depth = split_depth;
         // Else both would take the same numbers.
         splitting.settings.samples = 4;
-        let (worst, bound) = compare(&choosing, &splitting);
+        let (worst, bound) = compare(&choosing, &splitting, BLOCK);
         assert!(worst < bound, "split below {split_depth}: z = {worst:.2}, at most {bound:.2}");
     }
 }
@@ -89,7 +80,7 @@ fn roulette_changes_no_mean() {
     let mut without = with.clone();
     without.settings.roulette = false;
     without.settings.samples = 4;
-    let (worst, bound) = compare(&with, &without);
+    let (worst, bound) = compare(&with, &without, BLOCK);
     assert!(worst < bound, "z = {worst:.2}, at most {bound:.2}");
 }
 
@@ -99,7 +90,7 @@ fn both_samplers_agree() {
         settings: brewster_buffers::Settings { sampler: SamplerKind::Independent, ..scene(DIFFUSE).settings },
         ..scene(DIFFUSE)
     };
-    let (worst, bound) = compare(&scene(DIFFUSE), &independent);
+    let (worst, bound) = compare(&scene(DIFFUSE), &independent, BLOCK);
     assert!(worst < bound, "z = {worst:.2}, at most {bound:.2}");
 }
 
@@ -109,7 +100,7 @@ fn both_integrators_agree_on_mirrors_and_glass() {
     let path = scene(MIRROR);
     let mut whitted = path.clone();
     whitted.settings.integrator = Integrator::Whitted;
-    let (worst, bound) = compare(&path, &whitted);
+    let (worst, bound) = compare(&path, &whitted, BLOCK);
     assert!(worst < bound, "z = {worst:.2}, at most {bound:.2}");
 }
 
@@ -132,6 +123,6 @@ fn both_integrators_have_the_same_direct_light() {
     let mut whitted = path.clone();
     whitted.settings.integrator = Integrator::Whitted;
     whitted.settings.max_depth = 0;
-    let (worst, bound) = compare(&path, &whitted);
+    let (worst, bound) = compare(&path, &whitted, BLOCK);
     assert!(worst < bound, "z = {worst:.2}, at most {bound:.2}");
 }

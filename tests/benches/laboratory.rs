@@ -36,12 +36,12 @@ fn main() {
     let mut options =
         Options { threads: 1, samples: None, runs: 3, roulette: false, guided: false, hdr: None, ron: None };
     while let Some(name) = arguments.next() {
-        if name == "--rr" {
-            options.roulette = true;
-            continue;
-        }
-        if name == "--guided" {
-            options.guided = true;
+        if let Some(flag) = match name.as_str() {
+            "--rr" => Some(&mut options.roulette),
+            "--guided" => Some(&mut options.guided),
+            _ => None,
+        } {
+            *flag = true;
             continue;
         }
         let value = arguments.next().unwrap_or_else(|| panic!("{name} needs a value"));

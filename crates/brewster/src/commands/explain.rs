@@ -50,7 +50,7 @@ pub(crate) struct Arguments {
     /// With the integrator Path: interactions before which a dielectric sends a ray to either side; later one by chance.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=1000))]
     split_depth: Option<u32>,
-    /// Whether diffuse surfaces look for the light that mirrors and glass throw on them.
+    /// With the integrator Path: whether diffuse surfaces look for the light that mirrors and glass throw on them.
     #[arg(long, value_name = "BOOL")]
     guiding: Option<bool>,
     /// With the integrator Path: the largest radiance that one contribution may bring.

@@ -7,8 +7,7 @@ use brewster_buffers::{Distribution, LightSample, MaterialKind, MaterialRow, Pri
 use brewster_film::Light;
 use brewster_geometry::{Aabb, Ray, RayByRay, RayMemory, offset_origin, surface};
 use brewster_optics::basis::Basis;
-use brewster_optics::dispersion::PathWavelength;
-use brewster_optics::lobe::{DELTA, mean, power_heuristic};
+use brewster_optics::lobe::{mean, power_heuristic};
 use brewster_optics::warp;
 use glam::Vec3;
 use rayon::prelude::*;
@@ -16,10 +15,9 @@ use rayon::prelude::*;
 use super::cells::Photon;
 use crate::context::Context;
 use crate::integrator::Row;
-use crate::media::{MediaId, MediaStacks};
+use crate::media::MediaStacks;
 use crate::queues::{
-    Contribution, NO_INSTANCE, OnCoated, OnDielectric, OnMetal, OnPrincipled, PathRay, Sample, ShadowRay, SurfaceHit,
-    Trail,
+    Contribution, OnCoated, OnDielectric, OnMetal, OnPrincipled, PathRay, Sample, ShadowRay, SurfaceHit, Trail,
 };
 use crate::random::{Decision, PixelKey, Sampler, SamplerKind};
 use crate::stages::scatter::scatter_block;
@@ -246,7 +244,7 @@ impl Sender<'_, '_> {
         let radiance = mean(light.radiance);
         let density = light.pdf * likely * chord / size.element_product() * target.probability;
         let weight = light.radiance / radiance;
-        let ray = sent(origin, direction, weight, 1);
+        let ray = PathRay { weight, ..PathRay::START }.along(origin, direction);
         Some((ray, instance, [radiance / density, radiance]))
     }
 
@@ -290,7 +288,7 @@ impl Sender<'_, '_> {
         let u = context.sampler.pair(stream, Decision::Direction.at(0));
         let local = warp::cosine_hemisphere(u.into());
         let direction = Basis::around(hit.point.geometric_normal).to_world(local);
-        let ray = sent(offset_origin(&hit.point, direction), direction, Vec3::ONE, branch);
+        let ray = PathRay { branch, ..PathRay::START }.along(offset_origin(&hit.point, direction), direction);
         let Some(Came { ray, hit }) = self.walk(ray, sample, None) else { return 0.0 };
         let Some(hit) = hit else {
             let background = &context.scene.background;
@@ -324,26 +322,6 @@ impl Sender<'_, '_> {
             _ => {}
         }
         next.0
-    }
-}
-
-/// A ray that is sent in vacuum.
-fn sent(origin: Vec3, direction: Vec3, weight: Vec3, branch: u32) -> PathRay {
-    PathRay {
-        origin_x: origin.x,
-        origin_y: origin.y,
-        origin_z: origin.z,
-        direction_x: direction.x,
-        direction_y: direction.y,
-        direction_z: direction.z,
-        weight,
-        pdf: DELTA,
-        sample: 0,
-        trail: Trail::CAMERA,
-        instance: NO_INSTANCE,
-        media: MediaId::VACUUM,
-        wavelength: PathWavelength::NONE,
-        branch,
     }
 }
 

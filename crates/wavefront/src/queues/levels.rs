@@ -130,7 +130,7 @@ mod tests {
         let context = format!("capacity {capacity}, {camera_rays} camera rays, one in {of} crosses, {order:?}");
         let mut levels = Levels::new(MAX_DEPTH, capacity);
         let mut taken = PathRayColumns::with_capacity(Levels::limit(capacity));
-        (0..camera_rays).for_each(|_| levels.primary.push(PathRay::FOR_TESTS));
+        (0..camera_rays).for_each(|_| levels.primary.push(PathRay::START));
         let mut scattered = [0; MAX_DEPTH as usize + 1];
         while let Some((depth, _)) = levels.take(order, &mut taken) {
             assert!(taken.len() <= capacity, "{context}: {} rays at once", taken.len());

@@ -51,6 +51,24 @@ columns! {
 }
 
 impl PathRay {
+    /// A ray of full weight in vacuum that has left no surface; it goes along +z, from the origin.
+    pub(crate) const START: PathRay = PathRay {
+        origin_x: 0.0,
+        origin_y: 0.0,
+        origin_z: 0.0,
+        direction_x: 0.0,
+        direction_y: 0.0,
+        direction_z: 1.0,
+        weight: Vec3::ONE,
+        pdf: f32::INFINITY,
+        sample: 0,
+        trail: Trail::CAMERA,
+        instance: NO_INSTANCE,
+        media: MediaId::VACUUM,
+        wavelength: PathWavelength::NONE,
+        branch: 1,
+    };
+
     /// The ray alone, that looks at a moment.
     #[inline(always)]
     pub fn ray(&self, time: f32) -> Ray {
@@ -82,27 +100,6 @@ impl PathRay {
             ..self
         }
     }
-}
-
-#[cfg(test)]
-impl PathRay {
-    /// Some ray.
-    pub(crate) const FOR_TESTS: PathRay = PathRay {
-        origin_x: 0.0,
-        origin_y: 0.0,
-        origin_z: 0.0,
-        direction_x: 0.0,
-        direction_y: 0.0,
-        direction_z: 1.0,
-        weight: Vec3::ONE,
-        pdf: f32::INFINITY,
-        sample: 0,
-        trail: Trail::CAMERA,
-        instance: NO_INSTANCE,
-        media: MediaId::VACUUM,
-        wavelength: PathWavelength::NONE,
-        branch: 1,
-    };
 }
 
 impl<'a> PathRaysView<'a> {

@@ -164,22 +164,7 @@ pub(crate) fn camera_ray(context: &Context<'_>, (x, y): (u32, u32), number: u32,
     let time = context.time(key, number);
     let place = Vec2::new(x as f32, y as f32) + 0.5 + offset;
     let Ray { origin, direction, .. } = ray(context, context.camera.frame(time), place, lens, time);
-    PathRay {
-        origin_x: origin.x,
-        origin_y: origin.y,
-        origin_z: origin.z,
-        direction_x: direction.x,
-        direction_y: direction.y,
-        direction_z: direction.z,
-        weight: Vec3::ONE,
-        pdf: DELTA,
-        sample: 0,
-        trail: Trail::CAMERA,
-        instance: NO_INSTANCE,
-        media,
-        wavelength: PathWavelength::NONE,
-        branch: 1,
-    }
+    PathRay { media, ..PathRay::START }.along(origin, direction)
 }
 
 /// The ray through a place in the picture, in pixels, and one on the lens, of radius 1.

@@ -123,7 +123,7 @@ mod tests {
             direction_x: x as f32,
             direction_y: y as f32,
             direction_z: z as f32,
-            ..PathRay::FOR_TESTS
+            ..PathRay::START
         };
         let mut rays: PathRayColumns = (0..).zip(directions).map(ray).collect();
         sort(3, octant, &mut rays, &mut OrderScratch::default());
@@ -142,7 +142,7 @@ mod tests {
     fn long_keys_sort_as_the_standard_library_sorts_them() {
         let key = |ray: &PathRay| u64::from(ray.branch.wrapping_mul(0x9e37_79b9)) >> 4;
         let mut expected: Vec<PathRay> =
-            (0..3000).map(|n| PathRay { branch: n % 700, sample: n, ..PathRay::FOR_TESTS }).collect();
+            (0..3000).map(|n| PathRay { branch: n % 700, sample: n, ..PathRay::START }).collect();
         let mut rays: PathRayColumns = expected.iter().copied().collect();
         expected.sort_by_key(key);
         sort(28, key, &mut rays, &mut OrderScratch::default());
