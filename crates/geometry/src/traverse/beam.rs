@@ -66,16 +66,20 @@ impl Beam {
         mapped
     }
 
-    /// Whether the rays start close together, for a scene of that reach, and go about the same way: the ways of others part soon,
-    /// and the bounds of all of them meet far more boxes than the rays.
+    /// Whether the rays start close to the first of them, for a scene of that reach, and go about the same way: the ways of others
+    /// part soon, and the bounds of all of them meet far more boxes than the rays.
     #[target_feature(enable = "avx512f,avx512vl,avx512dq")]
     #[inline]
     pub(super) fn is_narrow(&self, reach: f32) -> bool {
-        let spread = |columns: &[__m512; 3]| {
-            let extent = |&column| _mm512_reduce_max_ps(column) - _mm512_reduce_min_ps(column);
-            columns.iter().map(extent).fold(0.0, f32::max)
-        };
-        spread(&self.origin) <= NARROW * reach && spread(&self.direction) <= NARROW
+        let mut near = u16::MAX;
+        for axis in 0..3 {
+            for (column, most) in [(self.origin[axis], NARROW * reach), (self.direction[axis], NARROW)] {
+                let first = _mm512_broadcastss_ps(_mm512_castps512_ps128(column));
+                let away = _mm512_abs_ps(_mm512_sub_ps(column, first));
+                near &= _mm512_cmp_ps_mask::<_CMP_LE_OQ>(away, _mm512_set1_ps(most));
+            }
+        }
+        near == u16::MAX
     }
 
     /// The largest axis of all directions, if they agree in it and in their signs.
@@ -101,8 +105,8 @@ impl Beam {
     }
 }
 
-/// The spread of rays that go together: of their directions, and of their origins over the reach of the scene.
-const NARROW: f32 = 1.0 / 16.0;
+/// How far rays that go together are from each other: in their directions, and in their origins over the reach of the scene.
+const NARROW: f32 = 1.0 / 32.0;
 
 /// Sixteen numbers in memory.
 #[inline(always)]
@@ -114,29 +118,30 @@ pub(super) fn floats(column: &__m512) -> &[f32; WIDTH] {
 /// The lower or the upper eight numbers in f64.
 #[target_feature(enable = "avx512f,avx512vl,avx512dq")]
 #[inline]
-pub(super) fn widened(column: __m512, upper: bool) -> __m512d {
+fn widened(column: __m512, upper: bool) -> __m512d {
     _mm512_cvtps_pd(if upper { _mm512_extractf32x8_ps::<1>(column) } else { _mm512_castps512_ps256(column) })
 }
 
 /// Both halves of a column.
 #[target_feature(enable = "avx512f,avx512vl,avx512dq")]
 #[inline]
-pub(super) fn joined([lower, upper]: [__m256; 2]) -> __m512 {
+fn joined([lower, upper]: [__m256; 2]) -> __m512 {
     _mm512_insertf32x8::<1>(_mm512_castps256_ps512(lower), upper)
 }
 
 /// A packet for the boxes of one tree: bounds of all its rays.
 pub(super) struct Interval {
-    /// The least and the greatest inverse direction.
-    inverse: [[f32; 3]; 2],
+    /// For each axis the least and the greatest inverse direction, which near planes are multiplied with, and their negatives for far
+    /// planes: eight lanes each, in the order of a node's planes.
+    factors: [[__m512; 2]; 3],
+    /// The origins, with their pads, that bring near planes nearest and far planes farthest, in the same order.
+    origins: [__m512; 3],
+    /// Brings near planes to the lower half.
+    near_first: [__m512i; 3],
     /// The inverse directions.
     pub(super) inverses: [__m512; 3],
-    /// The origin, with its pad, that brings near planes nearest, and the one that brings far planes farthest.
-    near: [f32; 3],
-    far: [f32; 3],
     /// By how much boxes are grown.
     pub(super) pad: f32,
-    near_plane: [u32; 3],
 }
 
 impl Interval {
@@ -150,12 +155,11 @@ impl Interval {
         let pad = beam.greatest_coordinate() * PAD + (reach * PAD + slack);
         let zero = _mm512_setzero_ps();
         let mut interval = Interval {
-            inverse: [[0.0; 3]; 2],
+            factors: [[zero; 2]; 3],
+            origins: [zero; 3],
+            near_first: [_mm512_setzero_si512(); 3],
             inverses: [zero; 3],
-            near: [0.0; 3],
-            far: [0.0; 3],
             pad,
-            near_plane: [0; 3],
         };
         let mut usable = !0;
         for axis in 0..3 {
@@ -170,11 +174,18 @@ impl Interval {
             usable &= _mm512_cmp_ps_mask::<_CMP_LT_OQ>(greatest, _mm512_set1_ps(f32::INFINITY));
             usable &= _mm512_cmp_ps_mask::<_CMP_NEQ_OQ>(inverse, zero);
             interval.inverses[axis] = inverse;
-            interval.inverse[0][axis] = _mm512_reduce_min_ps(inverse);
-            interval.inverse[1][axis] = _mm512_reduce_max_ps(inverse);
-            let (low, high) = (_mm512_reduce_min_ps(origin) - pad, _mm512_reduce_max_ps(origin) + pad);
-            [interval.near[axis], interval.far[axis]] = if is_negative { [low, high] } else { [high, low] };
-            interval.near_plane[axis] = 2 * axis as u32 + u32::from(is_negative);
+            // Lower planes are near where directions are positive: what is near or far is so in halves of a register.
+            let (far, order) = if is_negative { (0x00ff, 8) } else { (0xff00, 0) };
+            let bounds = [_mm512_reduce_min_ps(inverse), _mm512_reduce_max_ps(inverse)];
+            for (factor, bound) in interval.factors[axis].iter_mut().zip(bounds) {
+                let bound = _mm512_set1_ps(bound);
+                *factor = _mm512_mask_sub_ps(bound, far, zero, bound);
+            }
+            let lower = _mm512_set1_ps(_mm512_reduce_max_ps(origin) + pad);
+            let upper = _mm512_set1_ps(_mm512_reduce_min_ps(origin) - pad);
+            interval.origins[axis] = _mm512_mask_mov_ps(lower, 0xff00, upper);
+            let lanes = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
+            interval.near_first[axis] = _mm512_xor_si512(lanes, _mm512_set1_epi32(order));
         }
         (usable == u16::MAX).then_some(interval)
     }
@@ -186,19 +197,19 @@ impl Interval {
     #[target_feature(enable = "avx512f,avx512vl,avx512dq")]
     #[inline]
     pub(super) unsafe fn push(&self, node: &Node, limit: f32, distances: *mut f32, references: *mut u32) -> u32 {
-        // SAFETY: as stated; nodes are aligned and have eight lanes, columns of planes are below six.
+        // SAFETY: as stated; nodes are aligned, and have eight lower and eight upper planes one after the other for each axis.
         unsafe {
-            let (mut enter, mut leave) = (_mm256_setzero_ps(), _mm256_set1_ps(limit));
+            // Where the rays enter the boxes, and the negative of where they leave them.
+            let mut crossed = _mm512_mask_mov_ps(_mm512_setzero_ps(), 0xff00, _mm512_set1_ps(-limit));
             for axis in 0..3 {
-                let column = self.near_plane[axis] as usize;
-                let near = _mm256_load_ps(node.planes.get_unchecked(column).as_ptr());
-                let far = _mm256_load_ps(node.planes.get_unchecked(column ^ 1).as_ptr());
-                let (least, most) = (_mm256_set1_ps(self.inverse[0][axis]), _mm256_set1_ps(self.inverse[1][axis]));
-                let near = _mm256_sub_ps(near, _mm256_set1_ps(self.near[axis]));
-                let far = _mm256_sub_ps(far, _mm256_set1_ps(self.far[axis]));
-                enter = _mm256_max_ps(_mm256_min_ps(_mm256_mul_ps(near, least), _mm256_mul_ps(near, most)), enter);
-                leave = _mm256_min_ps(_mm256_max_ps(_mm256_mul_ps(far, least), _mm256_mul_ps(far, most)), leave);
+                let planes = _mm512_load_ps(node.planes.as_ptr().add(2 * axis).cast());
+                let away = _mm512_sub_ps(planes, self.origins[axis]);
+                let [least, most] = self.factors[axis];
+                let met = _mm512_min_ps(_mm512_mul_ps(away, least), _mm512_mul_ps(away, most));
+                crossed = _mm512_max_ps(_mm512_permutexvar_ps(self.near_first[axis], met), crossed);
             }
+            let enter = _mm512_castps512_ps256(crossed);
+            let leave = _mm256_xor_ps(_mm512_extractf32x8_ps::<1>(crossed), _mm256_set1_ps(-0.0));
             let met = _mm256_cmp_ps_mask::<_CMP_LE_OQ>(enter, leave);
             let keys = _mm256_mask_compress_epi32(_mm256_set1_epi32(-1), met, keys(enter));
             let children = _mm256_load_si256(node.children.as_ptr().cast());

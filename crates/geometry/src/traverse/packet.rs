@@ -1,7 +1,8 @@
 //! Sixteen coherent rays walked together: what camera rays are.
 //!
 //! A node is tested once for all of them, against the interval of their origins and inverse directions; a patch triangle by
-//! triangle, against sixteen rays at once. That pays while the rays go the same way: they must agree in the signs of their
+//! triangle in f32, against sixteen rays at once. Where triangles are small, each is met by a few rays: those of all a patch's
+//! triangles go together when they are decided in f64, each with a triangle of its own. That pays while the rays go the same way: they must agree in the signs of their
 //! direction and in its largest axis. Groups that do not are left to the wave. What a ray meets is decided by the same routine
 //! as everywhere; a packet only visits more boxes than the ray alone would.
 //!
@@ -12,7 +13,7 @@
 
 use std::arch::x86_64::*;
 
-use super::beam::{Beam, Interval, WIDTH, joined, widened};
+use super::beam::{Beam, Interval, WIDTH};
 use super::search::Nearest;
 use super::single;
 use super::task::Task;
@@ -109,24 +110,14 @@ fn trace_packet<T: Task>(
     memory: &mut Memory,
 ) -> bool {
     let world = Beam::new(rays, first);
-    if world.axis().is_none() {
+    if world.axis().is_none() || !world.is_narrow(scene.top.reach) {
         return false;
     }
-    if !world.is_narrow(scene.top.reach) {
+    let times = rays.slice(first..first + WIDTH).time;
+    let mut packet = Packet { scene, world, times, hits: Hits::misses(), limit: f32::INFINITY };
+    if !packet.run(only_instance, memory) {
         return false;
     }
-    let start = world.greatest_coordinate();
-    let Some(interval) = Interval::new(&world, scene.top.reach, scene.top.slack(start)) else { return false };
-    let mut packet = Packet {
-        scene,
-        world,
-        times: rays.slice(first..first + WIDTH).time,
-        inverse: interval.inverses,
-        pad: interval.pad,
-        hits: Hits::misses(),
-        limit: f32::INFINITY,
-    };
-    packet.run(&interval, only_instance, memory);
     task.finish_packet(first, &packet.hits);
     true
 }
@@ -175,9 +166,6 @@ struct Packet<'a> {
     world: Beam,
     /// When they look, if that matters.
     times: &'a [f32],
-    /// Inverse directions of the world's rays, and by how much boxes are grown for them.
-    inverse: [__m512; 3],
-    pad: f32,
     hits: Hits,
     /// The farthest of the rays' nearest hits.
     limit: f32,
@@ -187,14 +175,14 @@ impl Packet<'_> {
     /// A bit for every ray that meets a box before its nearest hit.
     #[target_feature(enable = "avx512f,avx512vl,avx512dq")]
     #[inline]
-    fn meets(&self, aabb: &Aabb) -> u16 {
+    fn meets(&self, aabb: &Aabb, interval: &Interval) -> u16 {
         // SAFETY: the column has sixteen lanes and is aligned to 64 bytes.
         unsafe {
             let (mut enter, mut leave) = (_mm512_setzero_ps(), _mm512_load_ps(self.hits.t.as_ptr()));
             for axis in 0..3 {
-                let (origin, inverse) = (self.world.origin[axis], self.inverse[axis]);
-                let low = _mm512_sub_ps(_mm512_set1_ps(aabb.min[axis] - self.pad), origin);
-                let high = _mm512_sub_ps(_mm512_set1_ps(aabb.max[axis] + self.pad), origin);
+                let (origin, inverse) = (self.world.origin[axis], interval.inverses[axis]);
+                let low = _mm512_sub_ps(_mm512_set1_ps(aabb.min[axis] - interval.pad), origin);
+                let high = _mm512_sub_ps(_mm512_set1_ps(aabb.max[axis] + interval.pad), origin);
                 let (low, high) = (_mm512_mul_ps(low, inverse), _mm512_mul_ps(high, inverse));
                 enter = _mm512_max_ps(enter, _mm512_min_ps(low, high));
                 leave = _mm512_min_ps(leave, _mm512_max_ps(low, high));
@@ -203,37 +191,33 @@ impl Packet<'_> {
         }
     }
 
+    /// Sends the rays through the scene; false if they cannot go together.
     #[target_feature(enable = "avx512f,avx512vl,avx512dq")]
     #[inline]
-    fn run(&mut self, interval: &Interval, only_instance: Option<u32>, memory: &mut Memory) {
-        let scene = self.scene;
+    fn run(&mut self, only_instance: Option<u32>, memory: &mut Memory) -> bool {
+        let (scene, top) = (self.scene, &self.scene.top);
+        let Memory { top: stack, mesh, single, filling } = memory;
         for &plane in scene.planes {
-            self.enter_alone(plane, u16::MAX, &mut memory.single);
+            self.enter_alone(plane, u16::MAX, single);
         }
         self.update();
-        let mut instances =
-            Instances { mesh: &mut memory.mesh, single: &mut memory.single, filling: &mut memory.filling };
-        match only_instance {
-            Some(instance) => self.enter(instance, &mut instances),
-            // SAFETY: the memory was made to fit the scene's trees.
-            None => unsafe { walk(&scene.top.nodes, interval, &mut memory.top, self, &mut instances) },
+        if let Some(instance) = only_instance {
+            self.enter(instance, u16::MAX, mesh, single);
+            return true;
         }
+        let slack = top.slack(self.world.greatest_coordinate());
+        let Some(interval) = Interval::new(&self.world, top.reach, slack) else { return false };
+        let mut instances = Instances { interval: &interval, mesh, single, filling };
+        // SAFETY: the memory was made to fit the scene's trees.
+        unsafe { walk(&top.nodes, &interval, stack, self, &mut instances) };
+        true
     }
 
     /// Meets an instance: ray by ray, or all together in its mesh's tree.
     #[target_feature(enable = "avx512f,avx512vl,avx512dq")]
     #[inline]
-    fn enter(&mut self, instance: u32, context: &mut Instances<'_>) {
-        let Instances { mesh: stack, single, filling } = context;
-        let lanes = self.meets(&self.scene.top.box_of(instance));
-        if lanes == 0 {
-            return;
-        }
+    fn enter(&mut self, instance: u32, lanes: u16, stack: &mut Stack, single: &mut single::Stacks) {
         let shape = self.scene.shapes[instance as usize];
-        if shape.kind == ShapeKind::Mesh {
-            filling.packets += 1;
-            filling.rays += lanes.count_ones() as usize;
-        }
         // What moves is at another place for every ray.
         let moves = self.scene.motions.keys(instance).is_some();
         if shape.kind != ShapeKind::Mesh || lanes.count_ones() < FEW || moves {
@@ -269,8 +253,11 @@ impl Packet<'_> {
         }
     }
 
+    #[target_feature(enable = "avx512f,avx512vl,avx512dq")]
+    #[inline]
     fn update(&mut self) {
-        self.limit = self.hits.t.iter().fold(0.0, |most, &t| most.max(t));
+        // SAFETY: the column has sixteen lanes and is aligned to 64 bytes.
+        self.limit = _mm512_reduce_max_ps(unsafe { _mm512_load_ps(self.hits.t.as_ptr()) });
     }
 
     /// Tests the triangles of a patch against all rays: in f32, and those that may be hit in f64.
@@ -291,44 +278,66 @@ impl Packet<'_> {
             let (x, y) = (_mm512_sub_ps(x, _mm512_mul_ps(slope_x, z)), _mm512_sub_ps(y, _mm512_mul_ps(slope_y, z)));
             *sheared = [x, y, z];
         }
+        // First which rays may hit which triangles, without a branch that hangs on it.
+        let mut masks = [0u16; 8];
+        let mut met = 0u32;
         for triangle in 0..patch.triangles as usize & 15 {
-            let corner = |i: usize| &sheared[patch.corners[i][triangle & 7] as usize & 7];
-            let corners @ [a, b, c] = [corner(0), corner(1), corner(2)];
+            let [a, b, c] = corners(&sheared, patch, triangle);
             let u = _mm512_sub_ps(_mm512_mul_ps(c[0], b[1]), _mm512_mul_ps(c[1], b[0]));
             let v = _mm512_sub_ps(_mm512_mul_ps(a[0], c[1]), _mm512_mul_ps(a[1], c[0]));
             let w = _mm512_sub_ps(_mm512_mul_ps(b[0], a[1]), _mm512_mul_ps(b[1], a[0]));
             let least = _mm512_min_ps(_mm512_min_ps(u, v), w);
             let most = _mm512_max_ps(_mm512_max_ps(u, v), w);
             let mask = _mm512_cmp_ps_mask::<_CMP_GE_OQ>(least, zero) | _mm512_cmp_ps_mask::<_CMP_LE_OQ>(most, zero);
-            if mask != 0 {
-                changed |= self.finish(patch, triangle, corners, mask, context);
+            masks[triangle & 7] = mask;
+            met |= u32::from(mask != 0) << triangle;
+        }
+        // Then for every ray the triangle that it may hit, as far as it is one.
+        let mut candidates = Candidates { corners: [[zero; 3]; 3], triangle: _mm512_setzero_si512(), lanes: 0 };
+        while met != 0 {
+            let triangle = met.trailing_zeros() as usize & 7;
+            met &= met - 1;
+            if candidates.lanes & masks[triangle] != 0 {
+                changed |= self.finish(patch, &candidates, context);
+                candidates.lanes = 0;
             }
+            candidates.take(masks[triangle], triangle, corners(&sheared, patch, triangle));
+        }
+        if candidates.lanes != 0 {
+            changed |= self.finish(patch, &candidates, context);
         }
         if changed {
             self.update();
         }
     }
 
-    /// Decides in f64 which rays hit a triangle, as [`Shear::finish`] does for one; true if any of them had no nearer hit.
+    /// Decides in f64 which rays hit their triangles; true if any of them had no nearer hit.
     #[target_feature(enable = "avx512f,avx512vl,avx512dq")]
     #[inline]
-    fn finish(
-        &mut self,
-        patch: &Patch,
-        triangle: usize,
-        corners: [&[__m512; 3]; 3],
-        mask: u16,
-        context: &Patches<'_>,
-    ) -> bool {
-        // SAFETY: the columns have sixteen lanes and are aligned to 64 bytes.
+    fn finish(&mut self, patch: &Patch, candidates: &Candidates, context: &Patches<'_>) -> bool {
+        // Small triangles, of which there are many, are met by few of the rays.
+        let lanes = candidates.lanes;
+        let first = if lanes.count_ones() <= 8 { lanes } else { lanes & 0xff };
+        let mut changed = self.finish_eight(patch, candidates, first, context);
+        if first != lanes {
+            changed |= self.finish_eight(patch, candidates, lanes & !first, context);
+        }
+        changed
+    }
+
+    /// The same for at most eight of them, as [`Shear::finish`] does it for one.
+    #[target_feature(enable = "avx512f,avx512vl,avx512dq")]
+    #[inline]
+    fn finish_eight(&mut self, patch: &Patch, candidates: &Candidates, lanes: u16, context: &Patches<'_>) -> bool {
+        // SAFETY: the columns have sixteen lanes and are aligned to 64 bytes; a patch has so many triangles in its tree's list.
         unsafe {
-            let [lower, upper] = [false, true].map(|upper| Decided::new(corners, context.columns.depth, upper));
-            let both = |a: u8, b: u8| u16::from(a) | u16::from(b) << 8;
-            let t = joined([lower.t, upper.t]);
-            let slim = both(lower.slim, upper.slim) & mask;
-            let primitive = context.tree.primitives[patch.first as usize + triangle];
-            let (own_instance, own_primitive) =
-                (_mm512_set1_epi32(context.instance as i32), _mm512_set1_epi32(primitive as i32));
+            let decided = Decided::new(&candidates.corners, context.columns.depth, lanes);
+            let t = _mm512_maskz_expand_ps(lanes, _mm512_castps256_ps512(decided.t));
+            let slim = expanded(decided.slim, lanes);
+            let numbers = context.tree.primitives.as_ptr().add(patch.first as usize);
+            let own_primitive =
+                _mm512_mask_i32gather_epi32::<4>(_mm512_setzero_si512(), lanes, candidates.triangle, numbers.cast());
+            let own_instance = _mm512_set1_epi32(context.instance as i32);
             let hits = &mut self.hits;
             let best = _mm512_load_ps(hits.t.as_ptr());
             let instance = _mm512_load_si512(hits.instance.as_ptr().cast());
@@ -338,28 +347,33 @@ impl Packet<'_> {
                 | _mm512_cmpeq_epu32_mask(own_instance, instance) & _mm512_cmplt_epu32_mask(own_primitive, number);
             let precedes =
                 _mm512_cmp_ps_mask::<_CMP_LT_OQ>(t, best) | _mm512_cmp_ps_mask::<_CMP_EQ_OQ>(t, best) & lower_number;
-            let found = both(lower.found, upper.found) & precedes & mask & !slim;
+            let found = expanded(decided.found, lanes) & precedes & !slim;
             if found != 0 {
-                let (u, v) = (joined([lower.u(), upper.u()]), joined([lower.v(), upper.v()]));
-                _mm512_mask_store_ps(hits.t.as_mut_ptr(), found, t);
+                let u = _mm512_maskz_expand_ps(lanes, _mm512_castps256_ps512(decided.u()));
+                let v = _mm512_maskz_expand_ps(lanes, _mm512_castps256_ps512(decided.v()));
                 _mm512_mask_store_ps(hits.u.as_mut_ptr(), found, u);
                 _mm512_mask_store_ps(hits.v.as_mut_ptr(), found, v);
-                _mm512_mask_store_epi32(hits.instance.as_mut_ptr().cast(), found, own_instance);
-                _mm512_mask_store_epi32(hits.primitive.as_mut_ptr().cast(), found, own_primitive);
+                // Whole columns where they are soon read again: what is stored by a mask must reach the cache first.
+                _mm512_store_ps(hits.t.as_mut_ptr(), _mm512_mask_mov_ps(best, found, t));
+                let instance = _mm512_mask_mov_epi32(instance, found, own_instance);
+                let number = _mm512_mask_mov_epi32(number, found, own_primitive);
+                _mm512_store_si512(hits.instance.as_mut_ptr().cast(), instance);
+                _mm512_store_si512(hits.primitive.as_mut_ptr().cast(), number);
             }
-            if slim != 0 { self.finish_slim(patch, triangle, slim, context) | (found != 0) } else { found != 0 }
+            (slim != 0 && self.finish_slim(patch, candidates, slim, context)) | (found != 0)
         }
     }
 
     /// The same ray by ray, where a triangle is too thin for its weights.
     #[cold]
-    fn finish_slim(&mut self, patch: &Patch, triangle: usize, mut lanes: u16, context: &Patches<'_>) -> bool {
-        let corners = [0, 1, 2].map(|corner| patch.corner(triangle, corner));
-        let primitive = context.tree.primitives[patch.first as usize + triangle];
+    fn finish_slim(&mut self, patch: &Patch, candidates: &Candidates, mut lanes: u16, context: &Patches<'_>) -> bool {
         let mut changed = false;
         while lanes != 0 {
             let lane = lanes.trailing_zeros() as usize;
             lanes &= lanes - 1;
+            let triangle = candidates.triangle_of(lane);
+            let corners = [0, 1, 2].map(|corner| patch.corner(triangle, corner));
+            let primitive = context.tree.primitives[patch.first as usize + triangle];
             if let Some(LocalHit { t, u, v, .. }) = intersect_triangle(&context.local.ray(lane, 0.0), corners) {
                 let hit = Hit { t, u, v, instance: context.instance, primitive };
                 if hit.precedes(&self.hits.get(lane)) {
@@ -372,7 +386,34 @@ impl Packet<'_> {
     }
 }
 
-/// Eight rays against a triangle, decided in f64.
+/// For each ray the triangle of a patch that it may hit.
+struct Candidates {
+    corners: [[__m512; 3]; 3],
+    triangle: __m512i,
+    /// Which rays have one.
+    lanes: u16,
+}
+
+impl Candidates {
+    #[target_feature(enable = "avx512f,avx512vl,avx512dq")]
+    #[inline]
+    fn take(&mut self, lanes: u16, triangle: usize, corners: [&[__m512; 3]; 3]) {
+        for (columns, corner) in self.corners.iter_mut().zip(corners) {
+            for (column, &number) in columns.iter_mut().zip(corner) {
+                *column = _mm512_mask_mov_ps(*column, lanes, number);
+            }
+        }
+        self.triangle = _mm512_mask_set1_epi32(self.triangle, lanes, triangle as i32);
+        self.lanes |= lanes;
+    }
+
+    fn triangle_of(&self, lane: usize) -> usize {
+        // SAFETY: sixteen numbers are what the column is.
+        unsafe { (&raw const self.triangle).cast::<[u32; WIDTH]>().read()[lane] as usize }
+    }
+}
+
+/// At most eight rays against their triangles, decided in f64.
 struct Decided {
     t: __m256,
     /// Which rays hit it; without meaning where it is slim.
@@ -389,25 +430,20 @@ impl Decided {
     /// `depth` are the rays' directions along their largest axis.
     #[target_feature(enable = "avx512f,avx512vl,avx512dq")]
     #[inline]
-    fn new(corners: [&[__m512; 3]; 3], depth: __m512, upper: bool) -> Decided {
-        let [a, b, c] = corners.map(|corner| corner.map(|column| widened(column, upper)));
-        let product = |a, b, c, d| _mm512_sub_pd(_mm512_mul_pd(a, b), _mm512_mul_pd(c, d));
-        let u = product(c[0], b[1], c[1], b[0]);
-        let v = product(a[0], c[1], a[1], c[0]);
-        let w = product(b[0], a[1], b[1], a[0]);
+    fn new(corners: &[[__m512; 3]; 3], depth: __m512, lanes: u16) -> Decided {
+        // Arrays are taken apart by hand: a closure for `map` would not be compiled for the instruction set.
+        let [a, b, c] = [corner(&corners[0], lanes), corner(&corners[1], lanes), corner(&corners[2], lanes)];
+        let u = _mm512_sub_pd(_mm512_mul_pd(c[0], b[1]), _mm512_mul_pd(c[1], b[0]));
+        let v = _mm512_sub_pd(_mm512_mul_pd(a[0], c[1]), _mm512_mul_pd(a[1], c[0]));
+        let w = _mm512_sub_pd(_mm512_mul_pd(b[0], a[1]), _mm512_mul_pd(b[1], a[0]));
         let zero = _mm512_setzero_pd();
-        let below = |x| _mm512_cmp_pd_mask::<_CMP_LT_OQ>(x, zero);
-        let above = |x| _mm512_cmp_pd_mask::<_CMP_GT_OQ>(x, zero);
-        let outside = (below(u) | below(v) | below(w)) & (above(u) | above(v) | above(w));
+        let (least, most) = (_mm512_min_pd(_mm512_min_pd(u, v), w), _mm512_max_pd(_mm512_max_pd(u, v), w));
+        let outside = _mm512_cmp_pd_mask::<_CMP_LT_OQ>(least, zero) & _mm512_cmp_pd_mask::<_CMP_GT_OQ>(most, zero);
         let determinant = _mm512_add_pd(_mm512_add_pd(u, v), w);
         let sum = _mm512_add_pd(_mm512_mul_pd(u, a[2]), _mm512_mul_pd(v, b[2]));
         let sum = _mm512_add_pd(sum, _mm512_mul_pd(w, c[2]));
-        let t = _mm512_cvtpd_ps(_mm512_div_pd(sum, _mm512_mul_pd(determinant, widened(depth, upper))));
-        let greatest = |axis: usize| {
-            let [a, b, c] = [a, b, c].map(|corner| _mm512_abs_pd(corner[axis]));
-            _mm512_max_pd(_mm512_max_pd(a, b), c)
-        };
-        let extent = _mm512_max_pd(greatest(0), greatest(1));
+        let t = _mm512_cvtpd_ps(_mm512_div_pd(sum, _mm512_mul_pd(determinant, taken(depth, lanes))));
+        let extent = _mm512_max_pd(_mm512_max_pd(farther(a), farther(b)), farther(c));
         let bound = _mm512_mul_pd(_mm512_mul_pd(extent, extent), _mm512_set1_pd(1.0 / (1u32 << 25) as f64));
         let not_zero = _mm512_cmp_pd_mask::<_CMP_NEQ_UQ>(determinant, zero);
         let slim = _mm512_cmp_pd_mask::<_CMP_LT_OQ>(_mm512_abs_pd(determinant), bound) & not_zero & !outside;
@@ -429,6 +465,41 @@ impl Decided {
     fn v(&self) -> __m256 {
         _mm512_cvtpd_ps(_mm512_div_pd(self.w, self.determinant))
     }
+}
+
+/// The corners of a triangle for sixteen rays.
+#[inline(always)]
+fn corners<'s>(sheared: &'s [[__m512; 3]; 8], patch: &Patch, triangle: usize) -> [&'s [__m512; 3]; 3] {
+    let corner = |side: usize| &sheared[patch.corners[side][triangle & 7] as usize & 7];
+    [corner(0), corner(1), corner(2)]
+}
+
+/// Corners of at most eight rays, in f64.
+#[target_feature(enable = "avx512f,avx512vl,avx512dq")]
+#[inline]
+fn corner(corner: &[__m512; 3], lanes: u16) -> [__m512d; 3] {
+    [taken(corner[0], lanes), taken(corner[1], lanes), taken(corner[2], lanes)]
+}
+
+/// The greater of |x| and |y|.
+#[target_feature(enable = "avx512f,avx512vl,avx512dq")]
+#[inline]
+fn farther(corner: [__m512d; 3]) -> __m512d {
+    _mm512_max_pd(_mm512_abs_pd(corner[0]), _mm512_abs_pd(corner[1]))
+}
+
+/// The numbers of at most eight lanes in f64.
+#[target_feature(enable = "avx512f,avx512vl,avx512dq")]
+#[inline]
+fn taken(column: __m512, lanes: u16) -> __m512d {
+    _mm512_cvtps_pd(_mm512_castps512_ps256(_mm512_maskz_compress_ps(lanes, column)))
+}
+
+/// Bits for what was taken of `lanes`, each where its lane is.
+#[target_feature(enable = "avx512f,avx512vl,avx512dq")]
+#[inline]
+fn expanded(bits: u8, lanes: u16) -> u16 {
+    _mm512_movepi32_mask(_mm512_maskz_expand_epi32(lanes, _mm512_movm_epi32(u16::from(bits))))
 }
 
 /// What shearing needs of sixteen rays, as [`Shear`](crate::triangle::Shear) has it of one.
@@ -463,6 +534,8 @@ trait Leaves {
 
 /// The leaves of the top tree.
 struct Instances<'m> {
+    /// The rays in the world.
+    interval: &'m Interval,
     mesh: &'m mut Stack,
     single: &'m mut single::Stacks,
     filling: &'m mut Filling,
@@ -472,7 +545,15 @@ impl Leaves for Instances<'_> {
     #[target_feature(enable = "avx512f,avx512vl,avx512dq")]
     #[inline]
     unsafe fn visit(&mut self, packet: &mut Packet<'_>, leaf: u32) {
-        packet.enter(leaf, self)
+        let lanes = packet.meets(&packet.scene.top.box_of(leaf), self.interval);
+        if lanes == 0 {
+            return;
+        }
+        if packet.scene.shapes[leaf as usize].kind == ShapeKind::Mesh {
+            self.filling.packets += 1;
+            self.filling.rays += lanes.count_ones() as usize;
+        }
+        packet.enter(leaf, lanes, self.mesh, self.single)
     }
 }
 
