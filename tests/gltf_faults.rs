@@ -1,6 +1,7 @@
 //! The faults that path tracers of glTF are known for, each with the file that shows it: texture coordinates and transforms that
 //! only some textures follow, lights of another unit or weakened by sharing, glass that blocks light or takes its color twice,
-//! numbers that are none, lamps that paths have to find by chance, materials that are mixed up, encodings that are refused.
+//! numbers that are none, lamps that paths have to find by chance, materials that are mixed up, mirrored nodes turned inside out,
+//! encodings that are refused.
 //!
 //! Skins, morph targets and Draco have their tests beside the importer. Unless it is about something else, a surface is chalk:
 //! without specular reflection glTF's material is Lambert's.
@@ -320,6 +321,23 @@ fn instances_wear_the_materials_of_their_primitives() {
         .collect();
     assert_eq!(reds, [0.25, 0.5, 0.5, 0.25, 0.5, 0.25, 0.5, 0.25]);
     assert_eq!(worn.iter().map(|row| row.1).collect::<BTreeSet<_>>().len(), 2, "two materials are two entities");
+}
+
+/// glTF 2.0, 3.7.4: a node whose transform has a negative determinant reverses the winding of its triangles. So fronts stay where the
+/// normals point, toward +Z here unless z is mirrored.
+#[test]
+fn mirrored_nodes_keep_their_fronts() {
+    for signs in 0..8 {
+        let scale = [0, 1, 2].map(|axis| if signs >> axis & 1 == 0 { 1.0 } else { -1.0 });
+        let mut model = Model::new();
+        model.camera(0.02, [0.0, 0.0, 1.0]);
+        let material = model.add("materials", json!({"emissiveFactor": [1.0, 1.0, 1.0]}));
+        let mesh = model.mesh(&square(1.0), material);
+        model.node(json!({"mesh": mesh, "scale": scale}));
+        let expected = if scale[2] > 0.0 { 1.0 } else { 0.0 };
+        let found = mean(&model.buffers(0.0, [4, 1]));
+        assert_eq!(found, DVec3::splat(expected), "scale {scale:?}");
+    }
 }
 
 /// A picture of one pixel, from the questions and answers on Google's WebP pages.

@@ -30,7 +30,7 @@ pub(crate) fn compare(folder: &Path, manner: Manner) -> Result<(), String> {
         let mut scenario = Scenario::read(&path)?;
         let shown = |scenario: &Scenario, seed: u64| {
             let light = render(folder, scenario, Manner { seed, ..manner })?;
-            Ok::<_, String>(over_gray(&light, |color| aces(color).map(srgb_encode)))
+            Ok::<_, String>(over_gray(&light, |color| aces(color).map(srgb_encode)).halved())
         };
         let (plain, other_samples) = (shown(&scenario, 0)?, shown(&scenario, 1)?);
         scenario.model = twin.to_owned();

@@ -2,7 +2,7 @@
 //!
 //! A node is an entity, with a child for each primitive of its mesh and one for its camera; a mesh with one primitive is the
 //! node's own. Nodes that share a mesh share its triangles in memory, so that they are instances of one tree. A mesh with a
-//! skin stands where its joints put it, whatever the place of its node.
+//! skin stands where its joints put it, whatever the place of its node: glTF 2.0, 3.7.3.3.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -75,9 +75,9 @@ pub(super) fn read(
         rows: Vec::new(),
     };
     spawner.textures.read_ahead(spawner.session, document, &worn(document, &order, spawner.variant));
-    let mut rows: BTreeMap<usize, u32> = BTreeMap::new();
+    let mut rows: BTreeMap<usize, Option<u32>> = BTreeMap::new();
     for &node in &order {
-        // What is below a node that was left out is left out.
+        // What is below a hidden node is hidden.
         let parent = match parents[node] {
             None => None,
             Some(parent) => match rows.get(&parent) {
@@ -85,8 +85,8 @@ pub(super) fn read(
                 None => continue,
             },
         };
-        if let Some(row) = spawner.node(node, parent)? {
-            rows.insert(node, row);
+        if khr_node_visibility::is_visible(&document.root.nodes[node], &format!("nodes[{node}]"))? {
+            rows.insert(node, spawner.node(node, parent)?);
         }
     }
     Ok(spawner.finish())
@@ -220,21 +220,24 @@ struct Spawner<'s, 'i> {
 }
 
 impl Spawner<'_, '_> {
-    /// The row of a node, and those of what it carries; none for a node that cannot be seen.
-    fn node(&mut self, index: usize, parent: Option<u32>) -> Found<Option<u32>> {
+    /// The row of a node below its parent's, and those of what it carries; none for a node whose transform, or whose parent's,
+    /// flattens space: of that only a mesh with a skin is seen.
+    fn node(&mut self, index: usize, parent: Option<Option<u32>>) -> Found<Option<u32>> {
         let path = format!("nodes[{index}]");
         let document = self.document;
         let node = &document.root.nodes[index];
-        if !khr_node_visibility::is_visible(node, &path)? {
-            return Ok(None);
-        }
-        let transform = if parent.is_some() { local(node, &path)? } else { self.places[index] };
-        if !is_regular(&self.places[index]) {
-            let message = "a node whose transform flattens space is left out, with all below it";
-            self.reporter.note(Code::Decision, path, message);
-            return Ok(None);
-        }
         let mut key = Keys::node(index as u64);
+        if parent == Some(None) || !is_regular(&self.places[index]) {
+            let message = "a node whose transform flattens space is left out, with all below it but meshes with skins";
+            self.reporter.note(Code::Decision, path, message);
+            if let (Some(mesh), Some(_)) = (node.mesh, node.skin) {
+                let primitives = self.mesh(index, mesh.value())?;
+                self.place(index, None, key, &primitives)?;
+            }
+            return Ok(None);
+        }
+        let parent = parent.flatten();
+        let transform = if parent.is_some() { local(node, &path)? } else { self.places[index] };
         let row = self.push(key, node.name.as_deref(), parent, transform)?;
         let steps = if parent.is_some() { &document.steps } else { &self.steps };
         let steps: Vec<Affine3A> = steps.iter().map(|step| step[index]).collect();
@@ -251,7 +254,7 @@ impl Spawner<'_, '_> {
         }
         if let Some(mesh) = node.mesh {
             let primitives = self.mesh(index, mesh.value())?;
-            self.place(index, row, key, &primitives)?;
+            self.place(index, Some(row), key, &primitives)?;
         }
         Ok(Some(row))
     }
@@ -271,21 +274,23 @@ impl Spawner<'_, '_> {
         world::Motion::through(steps.iter().map(|&step| back * step).collect::<Vec<_>>()).map(Arc::new)
     }
 
-    /// Gives a node's row its primitives, in every place if there are many.
-    fn place(&mut self, node: usize, row: u32, mut key: u64, primitives: &[(Arc<world::Shape>, u32)]) -> Found<()> {
+    /// Gives a node's row its primitives, in every place if there are many. Those of a skin stand in the scene, where its joints
+    /// put them, and so do its instances' places.
+    fn place(
+        &mut self,
+        node: usize,
+        row: Option<u32>,
+        mut key: u64,
+        primitives: &[(Arc<world::Shape>, u32)],
+    ) -> Found<()> {
         let path = format!("nodes[{node}]");
         let node = &self.document.root.nodes[node];
         let instances = ext_mesh_gpu_instancing::places(self.document, node, &path)?;
-        let is_bent = node.skin.is_some();
-        match (primitives, &instances) {
-            ([(shape, material)], None) if !is_bent => self.wear(row, shape, *material),
+        let parent = row.filter(|_| node.skin.is_none());
+        match (primitives, &instances, parent) {
+            ([(shape, material)], None, Some(row)) => self.wear(row, shape, *material),
             _ => {
-                let (parent, places) = match instances {
-                    Some(places) => (Some(row), places),
-                    None if is_bent => (None, vec![Affine3A::IDENTITY]),
-                    None => (Some(row), vec![Affine3A::IDENTITY]),
-                };
-                for place in places {
+                for place in instances.unwrap_or_else(|| vec![Affine3A::IDENTITY]) {
                     if !is_regular(&place) {
                         let message = "an instance whose transform flattens space is left out";
                         self.reporter.note(Code::Decision, path.as_str(), message);
