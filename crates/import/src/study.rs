@@ -411,8 +411,7 @@ mod tests {
             let sets: String = (0..sets).map(|set| format!("\"{set}\": (),")).collect();
             found(&format!("Study(name: \"n\", scenes: [{scenes}],\nbatches: [{batches}],\nparameters: {{{sets}}})"))
         };
-        let message =
-            "combinations of scenes, policies and parameters are too many: limit `study_combinations` is 4096\n --> tests/a.ron";
+        let message = "combinations of scenes, policies and parameters are too many: limit `study_combinations` is 4096\n --> tests/a.ron";
         for (found, expected) in [
             (study(1, 4095, 0), "rounds: 9".to_owned()),
             (study(1, 4096, 0), format!("error[limit]: 4097 {message}:2:10\n")),
