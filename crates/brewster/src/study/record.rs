@@ -232,7 +232,7 @@ impl ParameterResult {
     pub(crate) fn doubt(&self) -> Option<String> {
         let (events, needed) = self.events.zip(self.events_needed).filter(|(events, needed)| events < needed)?;
         let times =
-            if events > 0.0 { format!("about {:.0} times", (needed / events).ceil()) } else { "many times".into() };
+            if events > 0.0 { format!("at least {:.0} times", (needed / events).ceil()) } else { "many times".into() };
         Some(format!(
             "noise comes from so few bright paths, {events:.1} for a block of pixels in all pictures, that its spread is not known; {times} the \
              samples, or the rounds, are needed for {needed:.0}"
