@@ -1,6 +1,6 @@
 //! What moves while the shutter is open looks as it does on the mean over that time.
 
-use std::f64::consts::{FRAC_1_PI, PI};
+use std::f64::consts::{FRAC_1_PI, FRAC_2_PI, PI};
 
 use brewster_buffers::SceneBuffers;
 use glam::{DVec2, DVec3};
@@ -24,40 +24,91 @@ fn floor(scene: &SceneBuffers) -> Vec<(DVec2, DVec3)> {
     picture(scene).into_iter().map(|(place, color)| (DVec2::new(2.0, -2.0) * place, color)).collect()
 }
 
+/// Holds how dark pixels are before a white sky against the part of the time for which their places, of -1 to 1, are covered by what is black.
+/// Where `nearer` is not 0, places may also look as those do that are so much farther from the middle, and less covered.
+fn assert_covered(context: &str, scene: &SceneBuffers, nearer: f64, covered: impl Fn(DVec2) -> f64) {
+    let samples = f64::from(scene.settings.samples);
+    let (mut all, mut expected_of_all, mut variance) = (0.0, [0.0; 2], 0.0f64);
+    for (place, color) in picture(scene) {
+        const STEPS: usize = 40;
+        let step = |i: usize| 0.1 * ((i as f64 + 0.5) / STEPS as f64 - 0.5);
+        let spots = || (0..STEPS * STEPS).map(|i| place + DVec2::new(step(i % STEPS), step(i / STEPS)));
+        let mean = |factor: f64| spots().map(|spot| covered(factor * spot)).sum::<f64>() / (STEPS * STEPS) as f64;
+        let [low, high] = [mean(1.0 + nearer), mean(1.0)];
+        // Coin tosses would have this deviation; samples that are evenly spread have less.
+        let deviation = (high * (1.0 - high) / samples).sqrt();
+        let found = 1.0 - color.x;
+        let bound = 4.5 * deviation + 1e-4;
+        assert!(found > low - bound && found < high + bound, "{context} at {place}: {found}, not {low} to {high}");
+        all += found;
+        expected_of_all[0] += low;
+        expected_of_all[1] += high;
+        variance += deviation * deviation;
+    }
+    let ([low, high], bound) = (expected_of_all, 4.5 * variance.sqrt());
+    assert!(all > low - bound && all < high + bound, "{context}: {all}, not {low} to {high}, within {bound}");
+}
+
 /// A dark ball of radius r that goes from x = a to x = b hides a point at (x, z) while |x - a - (b - a) s| < √(r² - z²).
 #[test]
 fn a_ball_leaves_the_coverage_of_its_way() {
-    const SAMPLES: u32 = 256;
     let (r, from, to) = (0.31, -1.1, 1.3);
     let ball =
         "(shape: Sphere(radius: 0.31), material: Lambert(albedo: 0), at: (-1.1, 0, 0.2), motion: (by: (2.4, 0, 0)))";
-    let covered = |at: DVec2| {
+    let covered = |place: DVec2| {
+        let at = DVec2::new(2.0, -2.0) * place;
         let half = (r * r - (at.y - 0.2) * (at.y - 0.2)).max(0.0f64).sqrt();
         let moment = |x: f64| ((x - from) / (to - from)).clamp(0.0, 1.0);
         if half > 0.0 { moment(at.x + half) - moment(at.x - half) } else { 0.0 }
     };
     for integrator in ["Whitted", "Path"] {
-        let settings = format!("samples: {SAMPLES}, integrator: {integrator}");
-        let (mut all, mut expected_of_all, mut variance) = (0.0, 0.0, 0.0f64);
-        for (place, color) in floor(&from_above(&settings, "", 1.0, ball)) {
-            const STEPS: usize = 40;
-            let step = |i: usize| 0.2 * ((i as f64 + 0.5) / STEPS as f64 - 0.5);
-            let spread = (0..STEPS * STEPS).map(|i| covered(place + DVec2::new(step(i % STEPS), step(i / STEPS))));
-            let expected = spread.sum::<f64>() / (STEPS * STEPS) as f64;
-            // Coin tosses would have this deviation; samples that are evenly spread have less.
-            let deviation = (expected * (1.0 - expected) / f64::from(SAMPLES)).sqrt();
-            let found = 1.0 - color.x;
-            assert!(
-                (found - expected).abs() < 4.5 * deviation + 1e-4,
-                "{integrator} at {place}: {found}, not {expected}"
-            );
-            all += found;
-            expected_of_all += expected;
-            variance += deviation * deviation;
-        }
-        let bound = 4.5 * variance.sqrt();
-        assert!((all - expected_of_all).abs() < bound, "{integrator}: {all}, not {expected_of_all}, within {bound}");
+        let settings = format!("samples: 256, integrator: {integrator}");
+        assert_covered(integrator, &from_above(&settings, "", 1.0, ball), 0.0, covered);
     }
+}
+
+/// A ball that grows from radius a to b hides a point at the distance ρ from then on when it reaches it: for 1 - (ρ - a)/(b - a) of the time.
+#[test]
+fn a_growing_ball_covers_what_it_has_reached() {
+    let ball = "(shape: Sphere(radius: 0.4), material: Lambert(albedo: 0), at: (0.1, 0, -0.2), motion: (scale: 4))";
+    let scene = from_above("samples: 256, integrator: Path", "", 1.0, ball);
+    assert_covered("a growing ball", &scene, 0.0, |place| {
+        let distance = (DVec2::new(2.0, -2.0) * place - DVec2::new(0.1, -0.2)).length();
+        1.0 - ((distance - 0.4) / 1.2).clamp(0.0, 1.0)
+    });
+}
+
+/// A bar of half the length l and half the width w that makes half a turn about its middle hides a point at the distance ρ while the angle
+/// between them is below asin(w/ρ) and above acos(l/ρ), on either side: for the difference over π/2 of the time. Chords take a thousandth.
+#[test]
+fn a_turning_bar_covers_less_the_farther_out() {
+    let (length, width) = (1.2f64, 0.25f64);
+    let bar = "(shape: Box(size: (2.4, 0.1, 0.5)), material: Lambert(albedo: 0), motion: (rotate: (y: 180)))";
+    let scene = from_above("samples: 1024, integrator: Path", "", 1.0, bar);
+    assert_covered("a turning bar", &scene, 1e-3, |place| {
+        let distance = 2.0 * place.length();
+        let [below, above] = [(width / distance).min(1.0).asin(), (length / distance).min(1.0).acos()];
+        FRAC_2_PI * (below - above).max(0.0)
+    });
+}
+
+/// A camera that goes evenly from the height a down to b over a ball of radius r sees it under tan θ = r/√(h² - r²), at an angle of view of
+/// 90° that far from the middle of the picture: a place q is covered while h² < r² (1 + 1/q²).
+#[test]
+fn a_ball_grows_for_a_camera_that_comes_down() {
+    let (from, to, r) = (4.0, 1.5, 0.8);
+    let scene = parse(
+        "Scene(
+            settings: (resolution: (20, 20), filter: Box, samples: 256, integrator: Path),
+            camera: Perspective(eye: (0, 4, 0), target: (0, 0, 0), up: (0, 0, -1), vfov: 90, motion: (eye: (0, 1.5, 0))),
+            background: 1,
+            entities: [(shape: Sphere(radius: 0.8), material: Lambert(albedo: 0))],
+        )",
+    );
+    assert_covered("a camera that comes down", &scene, 0.0, |place| {
+        let height = r * (1.0 + 1.0 / place.length_squared()).sqrt();
+        1.0 - ((from - height) / (from - to)).clamp(0.0, 1.0)
+    });
 }
 
 /// A wheel that is the same after any turn looks still, but for chords that are a thousandth nearer to its axis: 0.1 % of a disk's

@@ -29,6 +29,8 @@ pub struct Limits {
     pub vertices: u64,
     /// Triangles of all meshes of a scene together.
     pub triangles: u64,
+    /// Scenes of a study, times its policies, times its sets of parameters.
+    pub study_combinations: u64,
     /// Errors and warnings that are reported.
     pub diagnostics: u64,
 }
@@ -47,6 +49,7 @@ impl Limits {
         image_pixels: 100_000_000,
         vertices: 64_000_000,
         triangles: 64_000_000,
+        study_combinations: 4096,
         diagnostics: 100,
     };
 }

@@ -8,7 +8,7 @@ use brewster_world::components::parts::Integrator;
 
 use crate::Failure;
 use crate::diagnostics::Code;
-use crate::limits::Limits;
+use crate::limits::{Exceeded, Limits};
 use crate::ron::schema::study as schema;
 use crate::ron::{check_resolution, convert_integrator, read_study};
 use crate::session::{Assets, Session};
@@ -198,6 +198,7 @@ fn load(path: &Path, read: impl FnOnce(&mut Session<'_>) -> Option<SourceId>) ->
     let source = read(&mut session);
     let study = source.and_then(|source| {
         let file = read_study(&mut session, source)?;
+        check_combinations(&mut session, &file)?;
         Some((resolve(&mut session, file, path), session.sources.get(source).text.clone()))
     });
     let (errors, dependencies) = (session.found.errors(), session.dependencies);
@@ -205,6 +206,28 @@ fn load(path: &Path, read: impl FnOnce(&mut Session<'_>) -> Option<SourceId>) ->
         Some(study) if errors == 0 => Ok(study),
         _ => Err(Failure { diagnostics: session.found.finish(), dependencies }),
     }
+}
+
+/// Refuses, at its longest list, a study of more combinations than anyone waits for. None if it is refused.
+fn check_combinations(session: &mut Session<'_>, file: &schema::Study) -> Option<()> {
+    let schema::Study { scenes, policies, batches, parameters, .. } = file;
+    let lists = [
+        (scenes.value.len(), scenes.span),
+        (policies.value.rows.len(), policies.span),
+        (batches.value.len(), batches.span),
+        (parameters.value.rows.len(), parameters.span),
+    ];
+    let [scenes, policies, batches, sets] = lists.map(|(len, _)| len as u64);
+    let combinations = scenes.saturating_mul(policies.max(1) + batches).saturating_mul(sets.max(1));
+    let bound = session.limits.study_combinations;
+    if combinations <= bound {
+        return Some(());
+    }
+    let exceeded = Exceeded { name: "study_combinations", bound };
+    let (_, longest) = lists.into_iter().max_by_key(|&(len, _)| len)?;
+    let message = format!("{combinations} combinations of scenes, policies and parameters are too many: {exceeded}");
+    session.error(Code::Limit, longest, message);
+    None
 }
 
 /// Looks names up and reports what does not go together.
@@ -234,7 +257,7 @@ fn resolve(session: &mut Session<'_>, file: schema::Study, path: &Path) -> Study
         folder.join(&scene.value)
     });
     let scenes = scenes.collect();
-    let mut policies: Vec<Policy> = named(session, "policies", file.policies).into_iter().map(policy).collect();
+    let mut policies: Vec<Policy> = named(session, "policies", file.policies.value).into_iter().map(policy).collect();
     if policies.is_empty() {
         policies.push(policy(("as it is".to_owned(), default_policy(span))));
     }
@@ -249,14 +272,14 @@ fn resolve(session: &mut Session<'_>, file: schema::Study, path: &Path) -> Study
             }
         }
     }
-    for batch in file.batches {
+    for batch in file.batches.value {
         let same = |policy: &Policy| policy.batch == batch && policy.capacity == batch;
         if !same(&policies[0]) && !policies.iter().any(|policy| policy.of_batches && same(policy)) {
             let name = format!("batch {batch}");
             policies.push(Policy { name, batch, capacity: batch, of_batches: true, ..policies[0].clone() });
         }
     }
-    let parameters = named(session, "parameters", file.parameters).into_iter().map(parameters);
+    let parameters = named(session, "parameters", file.parameters.value).into_iter().map(parameters);
     let mut parameters: Vec<Parameters> = parameters.collect();
     if parameters.is_empty() {
         parameters.push(Parameters::default());
@@ -376,6 +399,26 @@ mod tests {
             ("Scene()".into(), "expected `Study(…)`, found `Scene`"),
         ] {
             assert!(found(&text).contains(expected), "{text}: {expected:?} is not in\n{}", found(&text));
+        }
+    }
+
+    /// By hand: scenes times policies times sets of parameters; the place is that of the longest list.
+    #[test]
+    fn studies_that_would_never_end_are_refused() {
+        let study = |scenes: usize, batches: usize, sets: usize| {
+            let scenes = "\"../Cargo.toml\",".repeat(scenes);
+            let batches: String = (1..=batches).map(|batch| format!("{batch},")).collect();
+            let sets: String = (0..sets).map(|set| format!("\"{set}\": (),")).collect();
+            found(&format!("Study(name: \"n\", scenes: [{scenes}],\nbatches: [{batches}],\nparameters: {{{sets}}})"))
+        };
+        let message = "combinations of scenes, policies and parameters are too many: limit `study_combinations` is 4096\n --> tests/a.ron";
+        for (found, expected) in [
+            (study(1, 4095, 0), "rounds: 9".to_owned()),
+            (study(1, 4096, 0), format!("error[limit]: 4097 {message}:2:10\n")),
+            (study(4097, 0, 1), format!("error[limit]: 4097 {message}:1:26\n")),
+            (study(3, 15, 86), format!("error[limit]: 4128 {message}:3:13\n")),
+        ] {
+            assert!(found.contains(&expected), "{expected:?} is not in\n{}", &found[..found.len().min(1000)]);
         }
     }
 }

@@ -261,12 +261,12 @@ fn builds(results: &Results) -> Table {
 }
 
 fn parameters(results: &Results) -> Table {
-    let mut table = Table::new("scene,parameters,settings,efficiency,ratio,low,high,verdict,z");
+    let mut table = Table::new("scene,parameters,settings,efficiency,ratio,low,high,verdict,z,events,events_needed");
     for quality in &results.qualities {
         for set in &quality.parameters {
             let names = [&quality.scene, &set.name, &set.settings].map(|name| quoted(name)).join(",");
-            let (efficiency, z) = (optional(set.efficiency), optional(set.z));
-            table.row(&[&names, &efficiency, &bounds(set.ratio), &words(set.verdict), &z]);
+            let numbers = [set.z, set.events, set.events_needed].map(optional).join(",");
+            table.row(&[&names, &optional(set.efficiency), &bounds(set.ratio), &words(set.verdict), &numbers]);
         }
     }
     table

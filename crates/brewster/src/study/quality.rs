@@ -9,7 +9,7 @@ use brewster::import::study::{self, Study};
 use super::measure::{Block, Clock, Side, Took, in_turn};
 use super::record::{ParameterResult, Quality};
 use super::run::{Watch, load, render, renderer, scene_name, unless_interrupted};
-use super::statistics::{Estimate, Verdict, are_enough, block_z, median};
+use super::statistics::{Difference, Estimate, Verdict, are_enough, median};
 use super::subject::{Subject, intervals};
 use crate::commands::Failure;
 
@@ -96,6 +96,11 @@ fn quality_of(
     let parameters = study.parameters.iter().zip(&rounds[1..]).enumerate().map(|(number, (parameters, rounds))| {
         let ratio = ratio(rounds).filter(|_| number > 0);
         let own: Vec<f64> = rounds.iter().map(|round| round.efficiencies(clock)[1]).collect();
+        let difference = match number {
+            0 => Difference::default(),
+            _ => Difference::between(&blocks(rounds, 1), &blocks(rounds, 0)),
+        };
+        let trusted = trusted && difference.is_known();
         ParameterResult {
             name: parameters.name.clone(),
             settings: parameter_settings(parameters),
@@ -104,7 +109,9 @@ fn quality_of(
             efficiency: median(&own).filter(|efficiency| efficiency.is_finite()),
             ratio,
             verdict: ratio.zip(control).map(|(ratio, control)| Verdict::of(&ratio, &control, trusted)),
-            z: if number > 0 { block_z(&blocks(rounds, 1), &blocks(rounds, 0)) } else { None },
+            z: difference.z,
+            events: difference.events,
+            events_needed: (number > 0).then_some(difference.needed),
         }
     });
     Quality { scene, rounds: rounds[1].len(), clock, control, trusted, parameters: parameters.collect() }
@@ -152,7 +159,11 @@ fn block_means(pixels: &[f32], width: usize) -> Vec<f64> {
 
 #[cfg(test)]
 mod tests {
+    use brewster::import::study::load_study_text;
+    use brewster::wavefront::Control;
+
     use super::*;
+    use crate::study::subjects;
 
     /// By hand: differences of 2 and 0 over two values have the mean square 2, halved.
     #[test]
@@ -160,5 +171,30 @@ mod tests {
         assert_eq!(variance(&[1.0, 5.0], &[3.0, 5.0]), 1.0);
         let pixels: Vec<f32> = (0..9 * 3).map(|value| (value / 3) as f32).collect();
         assert_eq!(block_means(&pixels, 9), [3.5, 8.0]);
+    }
+
+    fn guided_and_not(scene: &str) -> ParameterResult {
+        let text = format!(
+            "Study(name: \"n\", scenes: [{scene:?}], resolution: (48, 32), samples: 4, rounds: 7, warm_up: 0,
+                parameters: {{ \"as they scatter\": (guiding: false), \"guided\": (guiding: true) }})"
+        );
+        let study = load_study_text(Path::new("study.ron"), &text).unwrap_or_else(|failure| panic!("{failure}")).0;
+        let subjects = subjects(&study).unwrap_or_else(|failure| panic!("{failure:?}"));
+        let control = Control::default();
+        let watch = Watch { stop: &|| false, control: &control, step: &|_| () };
+        let found = quality(&study, &study.scenes[0], &subjects, &watch);
+        found.unwrap_or_else(|failure| panic!("{failure:?}")).parameters.remove(1)
+    }
+
+    /// A small lamp seen by way of glass, which four samples hardly ever find, and a sky, which they always do. Both sets are right.
+    #[test]
+    fn light_that_hardly_a_path_finds_is_not_judged() {
+        let found = guided_and_not("../../tests/scenes/caustics.ron");
+        assert_eq!((found.verdict, found.z), (Some(Verdict::Untrusted), None));
+        let doubt = found.doubt().expect("its spread is not known");
+        assert!(doubt.contains("times the samples"), "{doubt}");
+        assert!(found.events < found.events_needed, "{found:?}");
+        let found = guided_and_not("../../tests/references/glass-on-checker.ron");
+        assert!(found.doubt().is_none() && found.z.is_some_and(|z| z.abs() < 3.5), "{found:?}");
     }
 }

@@ -209,8 +209,12 @@ pub(crate) struct ParameterResult {
     /// Efficiency over the first set's.
     pub ratio: Option<Estimate>,
     pub verdict: Option<Verdict>,
-    /// How far the pictures differ from the first set's, in standard errors.
+    /// How far the pictures differ from the first set's, in standard errors; none where that is not known.
     pub z: Option<f64>,
+    /// How many bright events, of a block of pixels in all pictures, would make noise of such tails; none where it has none.
+    pub events: Option<f64>,
+    /// As many as there have to be for the spread to be known; with fewer neither efficiency nor z is judged.
+    pub events_needed: Option<f64>,
 }
 
 impl Experiment {
@@ -220,6 +224,19 @@ impl Experiment {
             "" => self.scene.clone(),
             parameters => format!("{}, {parameters}", self.scene),
         }
+    }
+}
+
+impl ParameterResult {
+    /// Why it is not judged although the control is even, if so.
+    pub(crate) fn doubt(&self) -> Option<String> {
+        let (events, needed) = self.events.zip(self.events_needed).filter(|(events, needed)| events < needed)?;
+        let times =
+            if events > 0.0 { format!("at least {:.0} times", (needed / events).ceil()) } else { "many times".into() };
+        Some(format!(
+            "noise comes from so few bright paths, {events:.1} for a block of pixels in all pictures, that its spread is not known; {times} the \
+             samples, or the rounds, are needed for {needed:.0}"
+        ))
     }
 }
 
@@ -260,6 +277,7 @@ impl Results {
             writeln!(text, "{}: efficiency{}", quality.scene, control(quality.control, quality.trusted)).expect(WRITES);
             for set in quality.parameters.iter().skip(1) {
                 let z = set.z.map_or(String::new(), |z| format!(", pictures differ by z = {z:.1}"));
+                let z = set.doubt().map_or(z, |doubt| format!(": {doubt}"));
                 text += &line(&set.name, set.ratio, set.verdict, &z);
             }
         }

@@ -115,15 +115,69 @@ impl Verdict {
     }
 }
 
+/// What two groups of pictures, as means over blocks of pixels, tell of their difference.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Difference {
+    /// In standard errors, see [`block_z`]. None where the spread is not known.
+    pub z: Option<f64>,
+    /// The [`events`] of the group that has fewer. None where noise has no long tails.
+    pub events: Option<f64>,
+    /// As many as have to be there for the spread to be known.
+    pub needed: f64,
+}
+
+impl Difference {
+    /// Events so few that some block saw none: 20,000 blocks with 10 on average are hardly without one.
+    const FEWEST: f64 = 10.0;
+
+    /// Of n events the mean square of t is too large by 2/n (R. C. Geary, *The distribution of "Student's" ratio for non-normal
+    /// samples*, 1936: 2γ₁² over the pictures). That has to be less than the standard error of that mean, √(2/blocks).
+    pub(crate) fn between(a: &[Vec<f64>], b: &[Vec<f64>]) -> Difference {
+        let blocks = a.first().map_or(0, Vec::len);
+        let events = [a, b].into_iter().filter_map(events).reduce(f64::min);
+        let difference = Difference { z: None, events, needed: (2.0 * blocks as f64).sqrt().max(Difference::FEWEST) };
+        Difference { z: if difference.is_known() { block_z(a, b) } else { None }, ..difference }
+    }
+
+    /// Whether the pictures tell how far they spread.
+    pub(crate) fn is_known(&self) -> bool {
+        self.events.is_none_or(|events| events >= self.needed)
+    }
+}
+
+/// How many equal events, that come at random, would give the noise of a block the tails it has, in all pictures together: light that few
+/// paths find makes the others darker and all alike, and how far pictures spread is then not seen in them.
+///
+/// A block that sees n such events on average (Poisson) in N pictures has the excess kurtosis N/n. It is taken of all blocks together, in
+/// proportion to the squares of their variances, from the k-statistics, so that blocks without an event count. None where the excess is
+/// not positive, or pictures are less than four.
+fn events(group: &[Vec<f64>]) -> Option<f64> {
+    let (n, blocks) = (group.len() as f64, group.first()?.len());
+    if n < 4.0 {
+        return None;
+    }
+    let (mut excess, mut squares) = (0.0, 0.0);
+    for block in 0..blocks {
+        let mean = group.iter().map(|picture| picture[block]).sum::<f64>() / n;
+        let power = |power| group.iter().map(|picture| (picture[block] - mean).powi(power)).sum::<f64>();
+        let (second, fourth) = (power(2), power(4));
+        let k2 = second / (n - 1.0);
+        let k4 = (n * (n + 1.0) * fourth - 3.0 * (n - 1.0) * second * second) / ((n - 1.0) * (n - 2.0) * (n - 3.0));
+        excess += k4;
+        // The square of the variance, without bias.
+        squares += k2 * k2 - (2.0 * n * k2 * k2 + (n - 1.0) * k4) / (n * (n + 1.0));
+    }
+    (excess > 0.0).then(|| n * squares.max(0.0) / excess)
+}
+
 /// How far two groups of pictures differ beyond their own scatter: in standard errors, of the mean square of Welch's t over blocks.
 ///
-/// With n pictures each, a block's t follows about Student's distribution with 2n - 2 degrees of freedom where both show the same; its
-/// square has the mean ν/(ν-2) and the variance 2ν²(ν-1)/((ν-2)²(ν-4)), the F distribution's. `None` where ν is 4 or less, or nothing
-/// scatters.
-pub(crate) fn block_z(a: &[Vec<f64>], b: &[Vec<f64>]) -> Option<f64> {
-    let freedom = (a.len() + b.len()) as f64 - 2.0;
+/// A block's t follows about Student's distribution where both show the same, with ν degrees of freedom by Welch and Satterthwaite, here of all
+/// blocks together; its square has the mean ν/(ν-2) and the variance 2ν²(ν-1)/((ν-2)²(ν-4)), the F distribution's. `None` where ν is 4 or
+/// less, or nothing scatters.
+fn block_z(a: &[Vec<f64>], b: &[Vec<f64>]) -> Option<f64> {
     let blocks = a.first()?.len();
-    if freedom <= 4.0 || a.len() < 2 || b.len() < 2 {
+    if a.len() < 2 || b.len() < 2 {
         return None;
     }
     let moments = |group: &[Vec<f64>], block: usize| {
@@ -132,19 +186,23 @@ pub(crate) fn block_z(a: &[Vec<f64>], b: &[Vec<f64>]) -> Option<f64> {
         let squares: f64 = group.iter().map(|picture| (picture[block] - mean).powi(2)).sum();
         (mean, squares / (count - 1.0) / count)
     };
-    let squares = (0..blocks).filter_map(|block| {
-        let ((a, a_error), (b, b_error)) = (moments(a, block), moments(b, block));
-        let variance = a_error + b_error;
-        (variance > 0.0).then(|| (a - b).powi(2) / variance)
-    });
-    let squares: Vec<f64> = squares.collect();
-    if squares.is_empty() {
-        return None;
+    let (mut sum, mut count, mut whole, mut parts) = (0.0, 0.0, 0.0, 0.0);
+    for block in 0..blocks {
+        let ((mean_a, error_a), (mean_b, error_b)) = (moments(a, block), moments(b, block));
+        let variance = error_a + error_b;
+        if variance > 0.0 {
+            sum += (mean_a - mean_b).powi(2) / variance;
+            count += 1.0;
+            whole += variance * variance;
+            parts += error_a * error_a / (a.len() as f64 - 1.0) + error_b * error_b / (b.len() as f64 - 1.0);
+        }
     }
-    let mean = squares.iter().sum::<f64>() / squares.len() as f64;
-    let expected = freedom / (freedom - 2.0);
-    let variance = 2.0 * expected * expected * (freedom - 1.0) / (freedom - 4.0);
-    Some((mean - expected) / (variance / squares.len() as f64).sqrt())
+    let freedom: f64 = whole / parts;
+    (freedom > 4.0).then(|| {
+        let expected = freedom / (freedom - 2.0);
+        let variance = 2.0 * expected * expected * (freedom - 1.0) / (freedom - 4.0);
+        (sum / count - expected) / (variance / count).sqrt()
+    })
 }
 
 /// SplitMix64 (Steele, Lea and Flood 2014).
@@ -248,16 +306,76 @@ mod tests {
         }
     }
 
+    fn group(pictures: usize, blocks: usize, mut value: impl FnMut() -> f64) -> Vec<Vec<f64>> {
+        (0..pictures).map(|_| (0..blocks).map(|_| value()).collect()).collect()
+    }
+
+    fn uniform(random: &mut Random) -> f64 {
+        (random.next() >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    fn normal(random: &mut Random) -> f64 {
+        (0..12).map(|_| uniform(random)).sum::<f64>() - 6.0
+    }
+
     /// Two groups of the same distribution differ by noise, a shift of two standard errors in every block does not.
     #[test]
     fn pictures_of_one_scene_agree() {
         let mut random = Random(7);
-        let mut normal = || (0..12).map(|_| (random.next() >> 11) as f64 / (1u64 << 53) as f64).sum::<f64>() - 6.0;
-        let mut group =
-            |shift: f64| (0..10).map(|_| (0..400).map(|_| normal() + shift).collect()).collect::<Vec<Vec<f64>>>();
-        let (a, b, c) = (group(0.0), group(0.0), group(0.9));
-        assert!(block_z(&a, &b).expect("enough pictures").abs() < 3.0);
-        assert!(block_z(&a, &c).expect("enough pictures") > 10.0);
+        let mut shifted = |shift: f64| group(10, 400, || normal(&mut random) + shift);
+        let (a, b, c) = (shifted(0.0), shifted(0.0), shifted(0.9));
+        let z = |a, b| Difference::between(a, b).z.expect("noise is normal, and pictures are enough");
+        assert!(z(&a, &b).abs() < 3.0);
+        assert!(z(&a, &c) > 10.0);
         assert_eq!(block_z(&a[..2], &b[..2]), None);
+        assert_eq!(Difference::between(&[], &[]).z, None);
+    }
+
+    /// As one of few samples beside one of many: t has then as few degrees of freedom as the noisier group alone.
+    #[test]
+    fn pictures_of_unequal_noise_agree() {
+        let mut random = Random(9);
+        let mut of = |width: f64| group(8, 3000, || width * normal(&mut random));
+        let (noisy, quiet) = (of(6.0), of(1.0));
+        let z = Difference::between(&noisy, &quiet).z.expect("noise is normal");
+        assert!(z.abs() < 3.0, "{z}");
+    }
+
+    /// In closed form: what is 1 with probability p and otherwise 0 has the excess kurtosis (1 - 6pq)/pq.
+    #[test]
+    fn tails_tell_of_how_few_events_they_are() {
+        let mut random = Random(11);
+        for (p, pictures) in [(0.002, 20), (0.01, 20), (0.05, 40), (0.05, 8)] {
+            let found = events(&group(pictures, 4000, || f64::from(uniform(&mut random) < p))).expect("it has tails");
+            let expected = pictures as f64 * p * (1.0 - p) / (1.0 - 6.0 * p * (1.0 - p));
+            assert!((found / expected - 1.0).abs() < 0.25, "{found}, not {expected}");
+        }
+        // Of even numbers the excess is -6/5: no event is rare.
+        assert_eq!(events(&group(20, 400, || uniform(&mut random))), None);
+        assert_eq!(events(&group(3, 400, || normal(&mut random))), None);
+        assert_eq!(events(&group(9, 4, || 5.0)), None);
+    }
+
+    /// Light of the mean 1 that every path finds, and the same light in rare flashes: of few, t says that they differ, which is wrong,
+    /// and of many it does not. Whether it may say so is known beforehand.
+    #[test]
+    fn noise_of_few_events_is_not_judged() {
+        let mut random = Random(13);
+        let (pictures, blocks) = (26, 240);
+        for (flashes, is_known) in [(0.3, false), (1.0, false), (3.0, false), (100.0, true)] {
+            let mean = flashes / pictures as f64;
+            // Of 64 chances each, nearly a Poisson distribution.
+            let rare = group(pictures, blocks, || {
+                let seen = (0..64).filter(|_| uniform(&mut random) < mean / 64.0).count();
+                seen as f64 / mean + 0.01 * normal(&mut random)
+            });
+            let even = group(pictures, blocks, || 1.0 + 0.1 * normal(&mut random));
+            let found = Difference::between(&rare, &even);
+            let z = block_z(&rare, &even).expect("pictures are enough");
+            assert_eq!((found.is_known(), found.z.is_some()), (is_known, is_known), "{flashes} flashes: {found:?}");
+            assert!(if is_known { z.abs() < 3.0 } else { z > 10.0 }, "{flashes} flashes: z = {z}");
+            // By hand: √480 is more than 10.
+            assert!((found.needed - 21.9).abs() < 0.1);
+        }
     }
 }

@@ -59,7 +59,7 @@ fn a_study_leaves_everything_in_its_folder() {
         ("stages.csv", 15),
         ("sample-queues.csv", 18),
         ("sample-stages.csv", 16),
-        ("parameters.csv", 9),
+        ("parameters.csv", 11),
         ("counters.csv", 6),
         ("builds.csv", 9),
     ] {

@@ -47,6 +47,7 @@ fn limit<'l>(limits: &'l mut Limits, name: &str) -> &'l mut u64 {
         "image_pixels" => &mut limits.image_pixels,
         "vertices" => &mut limits.vertices,
         "triangles" => &mut limits.triangles,
+        "study_combinations" => &mut limits.study_combinations,
         "diagnostics" => &mut limits.diagnostics,
         _ => panic!("there is no limit {name}"),
     }

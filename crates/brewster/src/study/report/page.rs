@@ -349,7 +349,7 @@ fn quality_section(quality: &Quality, charts: &[Chart]) -> String {
     let mut section = format!("<h2>{}: noise after equal time</h2>\n", escaped(&quality.scene));
     section += &format!(
         "<p class=\"faint\">{} rounds, in each two pictures of a set and two of the first one, with seeds of their own. Efficiency is 1/(variance x seconds). z says how far \
-         the pictures differ beyond their noise, in standard errors: beyond 3 they show different things.</p>\n",
+         the pictures differ beyond their noise, in standard errors: beyond 3 they show different things. Neither is judged where noise comes from too few bright paths to tell its spread.</p>\n",
         quality.rounds
     );
     section += &control(quality.control, quality.trusted);
@@ -369,5 +369,8 @@ fn quality_section(quality: &Quality, charts: &[Chart]) -> String {
             std::iter::once(escaped(&set.name)).chain(numbers).chain([words(&set.settings)]).collect()
         }),
     );
+    for (set, doubt) in quality.parameters.iter().filter_map(|set| Some((set, set.doubt()?))) {
+        section += &format!("<p class=\"warn\">{} is not judged: {}.</p>\n", escaped(&set.name), escaped(&doubt));
+    }
     section
 }

@@ -24,14 +24,14 @@ schema! {
         /// Scene files, seen from the folder of the study.
         scenes: Spanned<Vec<Spanned<String>>> => "[\"water-glass.ron\"]",
         /// Ways of scheduling the same work, by name. None of them changes a bit of a picture; one that does fails the study.
-        policies: Named<Policy> = "{}" => "{\"as it is\": (), \"sorted\": (sort: Octant)}",
+        policies: Spanned<Named<Policy>> = "{}" => "{\"as it is\": (), \"sorted\": (sort: Octant)}",
         /// Policies that differ from the baseline in their batch alone, named after it.
-        batches: Vec<u32> as "rays" where BATCH = "[]" => "[1024, 4096, 16384]",
+        batches: Spanned<Vec<u32>> as "rays" where BATCH = "[]" => "[1024, 4096, 16384]",
         /// The policy that all others are compared with; the first one where absent.
         baseline: Option<Spanned<String>> => "\"as it is\"",
         /// Settings of the scenes that change the picture, by name. They are compared by the noise that is left after equal time,
         /// all with the baseline's policy, and with the first of them.
-        parameters: Named<Parameters> = "{}" => "{\"choice\": (split_depth: 0), \"split\": (split_depth: 4)}",
+        parameters: Spanned<Named<Parameters>> = "{}" => "{\"choice\": (split_depth: 0), \"split\": (split_depth: 4)}",
         /// Width and height of all pictures; as the scenes say where absent.
         resolution: Option<Spanned<[u32; 2]>> as "pixels" where PIXELS => "(320, 180)",
         /// Samples per pixel of all pictures; as the scenes say where absent.
