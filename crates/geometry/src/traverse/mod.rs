@@ -8,6 +8,8 @@ mod avx512;
 mod beam;
 mod by_obvhs;
 #[cfg(target_arch = "x86_64")]
+mod candidates;
+#[cfg(target_arch = "x86_64")]
 mod eight;
 mod one;
 #[cfg(target_arch = "x86_64")]

@@ -14,6 +14,7 @@
 use std::arch::x86_64::*;
 
 use super::beam::{Beam, Interval, WIDTH};
+use super::candidates::{Candidates, Columns, Decided, corners};
 use super::search::Nearest;
 use super::single;
 use super::task::Task;
@@ -293,7 +294,7 @@ impl Packet<'_> {
             met |= u32::from(mask != 0) << triangle;
         }
         // Then for every ray the triangle that it may hit, as far as it is one.
-        let mut candidates = Candidates { corners: [[zero; 3]; 3], triangle: _mm512_setzero_si512(), lanes: 0 };
+        let mut candidates = Candidates::none();
         while met != 0 {
             let triangle = met.trailing_zeros() as usize & 7;
             met &= met - 1;
@@ -331,9 +332,8 @@ impl Packet<'_> {
     fn finish_eight(&mut self, patch: &Patch, candidates: &Candidates, lanes: u16, context: &Patches<'_>) -> bool {
         // SAFETY: the columns have sixteen lanes and are aligned to 64 bytes; a patch has so many triangles in its tree's list.
         unsafe {
-            let decided = Decided::new(&candidates.corners, context.columns.depth, lanes);
-            let t = _mm512_maskz_expand_ps(lanes, _mm512_castps256_ps512(decided.t));
-            let slim = expanded(decided.slim, lanes);
+            let decided = Decided::new(candidates, context.columns.depth, lanes);
+            let Decided { t, slim, .. } = decided;
             let numbers = context.tree.primitives.as_ptr().add(patch.first as usize);
             let own_primitive =
                 _mm512_mask_i32gather_epi32::<4>(_mm512_setzero_si512(), lanes, candidates.triangle, numbers.cast());
@@ -347,12 +347,10 @@ impl Packet<'_> {
                 | _mm512_cmpeq_epu32_mask(own_instance, instance) & _mm512_cmplt_epu32_mask(own_primitive, number);
             let precedes =
                 _mm512_cmp_ps_mask::<_CMP_LT_OQ>(t, best) | _mm512_cmp_ps_mask::<_CMP_EQ_OQ>(t, best) & lower_number;
-            let found = expanded(decided.found, lanes) & precedes & !slim;
+            let found = decided.found & precedes & !slim;
             if found != 0 {
-                let u = _mm512_maskz_expand_ps(lanes, _mm512_castps256_ps512(decided.u()));
-                let v = _mm512_maskz_expand_ps(lanes, _mm512_castps256_ps512(decided.v()));
-                _mm512_mask_store_ps(hits.u.as_mut_ptr(), found, u);
-                _mm512_mask_store_ps(hits.v.as_mut_ptr(), found, v);
+                _mm512_mask_store_ps(hits.u.as_mut_ptr(), found, decided.u());
+                _mm512_mask_store_ps(hits.v.as_mut_ptr(), found, decided.v());
                 // Whole columns where they are soon read again: what is stored by a mask must reach the cache first.
                 _mm512_store_ps(hits.t.as_mut_ptr(), _mm512_mask_mov_ps(best, found, t));
                 let instance = _mm512_mask_mov_epi32(instance, found, own_instance);
@@ -383,145 +381,6 @@ impl Packet<'_> {
             }
         }
         changed
-    }
-}
-
-/// For each ray the triangle of a patch that it may hit.
-struct Candidates {
-    corners: [[__m512; 3]; 3],
-    triangle: __m512i,
-    /// Which rays have one.
-    lanes: u16,
-}
-
-impl Candidates {
-    #[target_feature(enable = "avx512f,avx512vl,avx512dq")]
-    #[inline]
-    fn take(&mut self, lanes: u16, triangle: usize, corners: [&[__m512; 3]; 3]) {
-        for (columns, corner) in self.corners.iter_mut().zip(corners) {
-            for (column, &number) in columns.iter_mut().zip(corner) {
-                *column = _mm512_mask_mov_ps(*column, lanes, number);
-            }
-        }
-        self.triangle = _mm512_mask_set1_epi32(self.triangle, lanes, triangle as i32);
-        self.lanes |= lanes;
-    }
-
-    fn triangle_of(&self, lane: usize) -> usize {
-        // SAFETY: sixteen numbers are what the column is.
-        unsafe { (&raw const self.triangle).cast::<[u32; WIDTH]>().read()[lane] as usize }
-    }
-}
-
-/// At most eight rays against their triangles, decided in f64.
-struct Decided {
-    t: __m256,
-    /// Which rays hit it; without meaning where it is slim.
-    found: u8,
-    /// For which rays its weights are uncertain.
-    slim: u8,
-    /// Two weights and the sum of all.
-    v: __m512d,
-    w: __m512d,
-    determinant: __m512d,
-}
-
-impl Decided {
-    /// `depth` are the rays' directions along their largest axis.
-    #[target_feature(enable = "avx512f,avx512vl,avx512dq")]
-    #[inline]
-    fn new(corners: &[[__m512; 3]; 3], depth: __m512, lanes: u16) -> Decided {
-        // Arrays are taken apart by hand: a closure for `map` would not be compiled for the instruction set.
-        let [a, b, c] = [corner(&corners[0], lanes), corner(&corners[1], lanes), corner(&corners[2], lanes)];
-        let u = _mm512_sub_pd(_mm512_mul_pd(c[0], b[1]), _mm512_mul_pd(c[1], b[0]));
-        let v = _mm512_sub_pd(_mm512_mul_pd(a[0], c[1]), _mm512_mul_pd(a[1], c[0]));
-        let w = _mm512_sub_pd(_mm512_mul_pd(b[0], a[1]), _mm512_mul_pd(b[1], a[0]));
-        let zero = _mm512_setzero_pd();
-        let (least, most) = (_mm512_min_pd(_mm512_min_pd(u, v), w), _mm512_max_pd(_mm512_max_pd(u, v), w));
-        let outside = _mm512_cmp_pd_mask::<_CMP_LT_OQ>(least, zero) & _mm512_cmp_pd_mask::<_CMP_GT_OQ>(most, zero);
-        let determinant = _mm512_add_pd(_mm512_add_pd(u, v), w);
-        let sum = _mm512_add_pd(_mm512_mul_pd(u, a[2]), _mm512_mul_pd(v, b[2]));
-        let sum = _mm512_add_pd(sum, _mm512_mul_pd(w, c[2]));
-        let t = _mm512_cvtpd_ps(_mm512_div_pd(sum, _mm512_mul_pd(determinant, taken(depth, lanes))));
-        let extent = _mm512_max_pd(_mm512_max_pd(farther(a), farther(b)), farther(c));
-        let bound = _mm512_mul_pd(_mm512_mul_pd(extent, extent), _mm512_set1_pd(1.0 / (1u32 << 25) as f64));
-        let not_zero = _mm512_cmp_pd_mask::<_CMP_NEQ_UQ>(determinant, zero);
-        let slim = _mm512_cmp_pd_mask::<_CMP_LT_OQ>(_mm512_abs_pd(determinant), bound) & not_zero & !outside;
-        let ahead = _mm256_cmp_ps_mask::<_CMP_GT_OQ>(t, _mm256_setzero_ps())
-            & _mm256_cmp_ps_mask::<_CMP_LT_OQ>(t, _mm256_set1_ps(f32::INFINITY));
-        Decided { t, found: ahead & not_zero & !outside, slim, v, w, determinant }
-    }
-
-    /// The hit's first weight.
-    #[target_feature(enable = "avx512f,avx512vl,avx512dq")]
-    #[inline]
-    fn u(&self) -> __m256 {
-        _mm512_cvtpd_ps(_mm512_div_pd(self.v, self.determinant))
-    }
-
-    /// The hit's second weight.
-    #[target_feature(enable = "avx512f,avx512vl,avx512dq")]
-    #[inline]
-    fn v(&self) -> __m256 {
-        _mm512_cvtpd_ps(_mm512_div_pd(self.w, self.determinant))
-    }
-}
-
-/// The corners of a triangle for sixteen rays.
-#[inline(always)]
-fn corners<'s>(sheared: &'s [[__m512; 3]; 8], patch: &Patch, triangle: usize) -> [&'s [__m512; 3]; 3] {
-    let corner = |side: usize| &sheared[patch.corners[side][triangle & 7] as usize & 7];
-    [corner(0), corner(1), corner(2)]
-}
-
-/// Corners of at most eight rays, in f64.
-#[target_feature(enable = "avx512f,avx512vl,avx512dq")]
-#[inline]
-fn corner(corner: &[__m512; 3], lanes: u16) -> [__m512d; 3] {
-    [taken(corner[0], lanes), taken(corner[1], lanes), taken(corner[2], lanes)]
-}
-
-/// The greater of |x| and |y|.
-#[target_feature(enable = "avx512f,avx512vl,avx512dq")]
-#[inline]
-fn farther(corner: [__m512d; 3]) -> __m512d {
-    _mm512_max_pd(_mm512_abs_pd(corner[0]), _mm512_abs_pd(corner[1]))
-}
-
-/// The numbers of at most eight lanes in f64.
-#[target_feature(enable = "avx512f,avx512vl,avx512dq")]
-#[inline]
-fn taken(column: __m512, lanes: u16) -> __m512d {
-    _mm512_cvtps_pd(_mm512_castps512_ps256(_mm512_maskz_compress_ps(lanes, column)))
-}
-
-/// Bits for what was taken of `lanes`, each where its lane is.
-#[target_feature(enable = "avx512f,avx512vl,avx512dq")]
-#[inline]
-fn expanded(bits: u8, lanes: u16) -> u16 {
-    _mm512_movepi32_mask(_mm512_maskz_expand_epi32(lanes, _mm512_movm_epi32(u16::from(bits))))
-}
-
-/// What shearing needs of sixteen rays, as [`Shear`](crate::triangle::Shear) has it of one.
-#[derive(Clone, Copy)]
-struct Columns {
-    /// The axes in turn, the one of the largest direction last.
-    axes: [usize; 3],
-    /// Origins in the order of the axes.
-    origin: [__m512; 3],
-    slope: [__m512; 2],
-    /// Directions along the last axis.
-    depth: __m512,
-}
-
-impl Columns {
-    #[target_feature(enable = "avx512f,avx512vl,avx512dq")]
-    #[inline]
-    fn new(beam: &Beam, axis: usize) -> Columns {
-        let axes = [[1, 2, 0], [2, 0, 1], [0, 1, 2]][axis];
-        let [x, y, depth] = axes.map(|axis: usize| beam.direction[axis]);
-        let slope = [_mm512_div_ps(x, depth), _mm512_div_ps(y, depth)];
-        Columns { axes, origin: axes.map(|axis| beam.origin[axis]), slope, depth }
     }
 }
 
