@@ -226,7 +226,18 @@ fn cameras() {
     let mut ball_alone = Scene::default();
     let shape = ball_alone.mesh(ball(3, hills));
     ball_alone.place(shape, placed(Vec3::new(1.0, 0.7, 1.2), Quat::from_rotation_y(0.4), Vec3::new(0.2, 0.1, 0.0)));
-    for (name, scene) in [("ball", ball_alone.built()), ("every kind", every_kind(&mut random, 60, 2.0, 1.0).built())] {
+    // Two triangles of one leaf, one behind the other, in both orders.
+    let mut layers = Scene::default();
+    for (side, z) in [(-0.5, [0.0, 0.1]), (0.5, [0.1, 0.0])] {
+        let positions =
+            z.into_iter().flat_map(|z| [[-0.5, -0.5], [0.5, -0.5], [0.0, 0.5]].map(|[x, y]| Vec3::new(x, y, z)));
+        let triangles = vec![[0, 1, 2], [3, 4, 5]];
+        let shape = layers.mesh(TriangleMesh { positions: positions.collect(), triangles, ..Default::default() });
+        layers.place(shape, Affine3A::from_translation(Vec3::X * side));
+    }
+    let every_kind = every_kind(&mut random, 60, 2.0, 1.0);
+    for (name, scene) in [("ball", ball_alone), ("layers", layers), ("every kind", every_kind)] {
+        let scene = scene.built();
         let mut rays = RayColumns::default();
         for (eye, width) in
             [(Vec3::new(0.3, 0.5, 4.0), 0.6), (Vec3::new(9.0, -7.0, 3.0), 0.02), (Vec3::splat(0.01), 2.0)]
