@@ -16,14 +16,21 @@ use crate::triangle::Shear;
 
 struct Avx2;
 
-/// Sends rays through the scene.
+/// Sends rays through the scene in waves: all, or those listed in `order`. On AVX-512 as well: the same code compiled for that, or with its
+/// compressing stores, takes 1.15 to 1.2 times as long for shadow rays.
 ///
 /// # Safety
 /// The machine has AVX2, FMA and BMI.
 #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-pub(super) unsafe fn run<T: Task>(scene: &SceneGeometry<'_>, rays: Rays<'_>, task: T, memory: &mut Memory) {
+pub(super) unsafe fn run<T: Task>(
+    scene: &SceneGeometry<'_>,
+    rays: Rays<'_>,
+    order: Option<&[u32]>,
+    task: T,
+    memory: &mut Memory,
+) {
     // SAFETY: as stated.
-    unsafe { wave::<Avx2, T>(scene, rays, None, task, memory) }
+    unsafe { wave::<Avx2, T>(scene, rays, order, task, memory) }
 }
 
 /// Sends one ray through the scene.

@@ -1,4 +1,4 @@
-//! The wave's steps for AVX-512 VL, on registers of eight lanes.
+//! Packets and single rays for AVX-512 VL; single rays on registers of eight lanes.
 #![expect(unsafe_code, reason = "intrinsics need an instruction set, which the level proves")]
 
 use std::arch::x86_64::*;
@@ -8,7 +8,7 @@ use super::one::{self, Stack};
 use super::packet;
 use super::slabs::Slabs;
 use super::task::Task;
-use super::wave::{Kernel, Memory, wave};
+use super::wave::Kernel;
 use crate::hit::Hit;
 use crate::ray::{Ray, Rays};
 use crate::scene::SceneGeometry;
@@ -17,30 +17,19 @@ use crate::triangle::Shear;
 
 struct Avx512;
 
-/// Sends rays through the scene.
+/// Sends coherent rays through the scene in packets, and lists the others.
 ///
 /// # Safety
 /// The machine has AVX-512 F, VL, DQ, BW and CD, AVX2, FMA and BMI.
 #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx512cd,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-pub(super) unsafe fn run<T: Task>(
-    kernel: super::Kernel,
+pub(super) unsafe fn packets<T: Task>(
     scene: &SceneGeometry<'_>,
     rays: Rays<'_>,
-    mut task: T,
-    memory: &mut Memory,
+    task: &mut T,
+    memory: &mut packet::Memory,
+    rest: &mut Vec<u32>,
 ) {
-    // Packets look for the nearest hits only: shadow rays are seldom coherent, and end at their first hit.
-    if T::ANY || kernel != super::Kernel::Packets {
-        // SAFETY: as stated.
-        return unsafe { wave::<Avx512, T>(scene, rays, None, task, memory) };
-    }
-    let mut rest = std::mem::take(&mut memory.rest);
-    // SAFETY: as stated.
-    unsafe {
-        packet::trace(scene, rays, &mut task, &mut memory.packets, &mut rest);
-        wave::<Avx512, T>(scene, rays, Some(&rest), task, memory);
-    }
-    memory.rest = rest;
+    packet::trace(scene, rays, task, memory, rest);
 }
 
 /// Sends one ray through the scene.

@@ -109,12 +109,17 @@ pub(crate) fn run<T: Task>(
     // Taken out of its place, since a closure would not be compiled for the level.
     let mut memory = MEMORY.take();
     #[cfg(target_arch = "x86_64")]
-    if level.has_avx512() {
-        // SAFETY: a `Level` exists only for instruction sets that this machine has.
-        unsafe { super::avx512::run(kernel, scene, rays, task, &mut memory) };
-    } else {
-        // SAFETY: as above.
-        unsafe { super::avx2::run(scene, rays, task, &mut memory) };
+    // SAFETY: a `Level` exists only for instruction sets that this machine has.
+    unsafe {
+        // Packets look for the nearest hits only: shadow rays are seldom coherent, and end at their first hit.
+        if level.has_avx512() && !T::ANY && kernel == super::Kernel::Packets {
+            let (mut task, mut rest) = (task, std::mem::take(&mut memory.rest));
+            super::avx512::packets(scene, rays, &mut task, &mut memory.packets, &mut rest);
+            super::avx2::run(scene, rays, Some(&rest), task, &mut memory);
+            memory.rest = rest;
+        } else {
+            super::avx2::run(scene, rays, None, task, &mut memory);
+        }
     }
     #[cfg(not(target_arch = "x86_64"))]
     let _ = (scene, rays, task);
