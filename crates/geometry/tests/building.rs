@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use brewster_geometry::*;
-use glam::{Affine3A, Vec3};
+use glam::{Affine3A, Quat, Vec3};
 
 use crate::support::*;
 
@@ -62,6 +62,33 @@ fn rows_and_heaps_of_equal_things_are_built_in_time() {
     let ribbon = Arc::new(ribbon);
     for builder in BUILDERS {
         MeshTree::build(ribbon.clone(), builder).unwrap().validate().unwrap();
+    }
+}
+
+/// The box of an instance holds every vertex, and where it turns a ball it is not much larger than the ball. (The mapped box around a ball reaches
+/// up to √3 radii from its center.) The farthest that a bound from 26 directions lets a unit ball seem to reach is the largest value of
+/// (x - y) + (y - z) √2 + z √3 for x ≥ y ≥ z of unit length: √(1 + (√2 - 1)² + (√3 - √2)²).
+#[test]
+fn boxes_of_turned_meshes_hold_them_closely() {
+    let mut random = Random::new(7);
+    let most = (1.0 + (2f32.sqrt() - 1.0).powi(2) + (3f32.sqrt() - 2f32.sqrt()).powi(2)).sqrt();
+    // What is added for the size of the boxes in the tree.
+    for (radius, most) in [((|_| 1.0) as fn(Vec3) -> f32, most + 0.05), (hills, f32::INFINITY)] {
+        let mut scene = Scene::default();
+        let mesh = scene.mesh(ball(5, radius));
+        for _ in 0..200 {
+            let turn = Quat::from_axis_angle(random.direction(), 3.0 * random.unit());
+            scene.place(mesh, placed(Vec3::ONE, turn, 10.0 * random.direction()));
+        }
+        for (instance, map) in (0..).zip(&scene.object_to_world) {
+            let aabb = scene.instances().bounds(instance).unwrap();
+            for &vertex in &scene.table.meshes[0].positions {
+                let at = map.point(vertex);
+                let (below, above) = (at - aabb.min, aabb.max - at);
+                assert!(below.min(above).min_element() > -1e-5, "{map:?}: {at} in {aabb:?}");
+            }
+            assert!((aabb.max - aabb.min).max_element() < 2.0 * most, "{map:?}: {aabb:?}");
+        }
     }
 }
 

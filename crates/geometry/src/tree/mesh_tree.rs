@@ -2,12 +2,14 @@
 
 use std::sync::Arc;
 
+use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
 use super::binary::{Binary, Grouping, Leaf, TreeBuilder};
 use super::collapse::{collapse, nothing, validate};
 use super::node::{LEAF, Node, Patch};
 use super::pages::in_large_pages;
+use super::support::Support;
 use crate::aabb::Aabb;
 use crate::mesh::{MeshError, TriangleMesh};
 
@@ -24,6 +26,7 @@ pub struct MeshTree {
     /// The mesh's triangle for each triangle of the patches.
     pub(crate) primitives: Vec<u32>,
     bounds: Aabb,
+    support: Support,
     /// Largest absolute coordinate.
     pub(crate) reach: f32,
     pub(crate) stack: usize,
@@ -52,8 +55,9 @@ impl MeshTree {
         let patches = wide.leaves.par_iter().map(patch).collect();
         let primitives = wide.items.iter().map(|&item| triangles[item as usize]).collect();
         let bounds = wide.nodes[0].union();
+        let support = Support::new(&wide.nodes);
         let (nodes, patches) = (in_large_pages(wide.nodes), in_large_pages(patches));
-        Ok(MeshTree { mesh, nodes, patches, primitives, bounds, reach: bounds.reach(), stack: wide.stack })
+        Ok(MeshTree { mesh, nodes, patches, primitives, bounds, support, reach: bounds.reach(), stack: wide.stack })
     }
 
     /// The mesh.
@@ -64,6 +68,13 @@ impl MeshTree {
     /// The box around all triangles that have an area.
     pub fn bounds(&self) -> &Aabb {
         &self.bounds
+    }
+
+    /// A box around all triangles after a map. Where the map turns it is smaller than the mapped [`MeshTree::bounds`], see [`Support`].
+    pub(crate) fn bounds_after(&self, linear: &DMat3, translation: DVec3) -> Aabb {
+        let rows = [linear.row(0), linear.row(1), linear.row(2)];
+        let (low, high) = (rows.map(|row| -self.support.along(-row)), rows.map(|row| self.support.along(row)));
+        Aabb::outward(DVec3::from_array(low) + translation, DVec3::from_array(high) + translation)
     }
 
     /// Memory of the tree, without the mesh.

@@ -11,6 +11,7 @@ mod collapse;
 mod mesh_tree;
 pub(crate) mod node;
 mod pages;
+mod support;
 mod top_tree;
 
 pub use binary::TreeBuilder;

@@ -134,14 +134,18 @@ impl Instances<'_> {
         if shape.kind == ShapeKind::Plane || local.is_empty() {
             return Ok(None);
         }
+        let bounds_after = |linear: &DMat3, translation| match shape.kind {
+            ShapeKind::Mesh => self.mesh_trees[shape.row as usize].bounds_after(linear, translation),
+            _ => bounds_f64(linear, translation, &local),
+        };
         let out_of_range = TreeError::OutOfRange { instance };
         if let Some(keys) = self.motions.keys(instance) {
-            return place_moving(keys, &local).map(Some).ok_or(out_of_range);
+            return place_moving(keys, local.reach(), bounds_after).map(Some).ok_or(out_of_range);
         }
         let map = self.world_to_object[instance as usize];
         // The inverse in f64 of what rays are mapped by: the box stands where rays see the shape.
         let (linear, translation) = map.inverse_f64().ok_or(out_of_range)?;
-        let aabb = bounds_f64(&linear, translation, &local);
+        let aabb = bounds_after(&linear, translation);
         if aabb.is_empty() || aabb.reach() > LARGEST_LENGTH {
             return Err(out_of_range);
         }
@@ -174,12 +178,12 @@ struct Placed {
 /// Rays see its shape through an inverse that is rounded anew for each of them. As its map W(s) is off by a unit in three, and the
 /// inverse M by half a unit of |M|, hits are off by half a unit of |W|·|M|·(|p| + |w|) and three of |W|·|q| + |w| more; ten units
 /// and three were counted already, and half as many more are added.
-fn place_moving(keys: &[Affine], local: &Aabb) -> Option<Placed> {
+fn place_moving(keys: &[Affine], reach: f32, bounds_after: impl Fn(&DMat3, DVec3) -> Aabb) -> Option<Placed> {
     let mut placed = Placed { aabb: Aabb::EMPTY, fixed: 0.0, distortion: 0.0 };
     let (mut stretch, mut distortion, mut farthest) = (0.0f64, 0.0f64, 0.0f64);
     for (at, key) in keys.iter().enumerate() {
         let (linear, translation) = key.to_f64();
-        placed.aabb = placed.aabb.union(&bounds_f64(&linear, translation, local));
+        placed.aabb = placed.aabb.union(&bounds_after(&linear, translation));
         farthest = farthest.max(translation.abs().max_element());
         if let Some(next) = keys.get(at + 1) {
             let [outward, inward] = reach_of_step(key, next);
@@ -187,8 +191,8 @@ fn place_moving(keys: &[Affine], local: &Aabb) -> Option<Placed> {
             (stretch, distortion) = (stretch.max(sum(outward)), distortion.max(sum(outward * inward)));
         }
     }
-    let reach = f64::from(placed.aabb.reach());
-    placed.fixed = (1.5 * (stretch * f64::from(local.reach()) + distortion * farthest.max(reach))) as f32;
+    farthest = farthest.max(f64::from(placed.aabb.reach()));
+    placed.fixed = (1.5 * (stretch * f64::from(reach) + distortion * farthest)) as f32;
     placed.distortion = (1.5 * distortion).min(1e20) as f32;
     (!placed.aabb.is_empty() && placed.aabb.reach() <= LARGEST_LENGTH).then_some(placed)
 }
