@@ -1,4 +1,4 @@
-//! What the kernels for AVX2 and AVX-512 have in common: steps on registers of eight lanes.
+//! Steps on registers of eight lanes: those of waves, and what packets share with them.
 #![expect(unsafe_code, reason = "intrinsics need an instruction set, which the kernels' callers prove")]
 
 use std::arch::x86_64::*;

@@ -3,8 +3,6 @@
 #[cfg(target_arch = "x86_64")]
 mod avx2;
 #[cfg(target_arch = "x86_64")]
-mod avx512;
-#[cfg(target_arch = "x86_64")]
 mod beam;
 mod by_obvhs;
 #[cfg(target_arch = "x86_64")]

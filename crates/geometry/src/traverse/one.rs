@@ -87,13 +87,8 @@ impl<'a> RayByRay<'a> {
         let distances: *mut f32 = self.memory.entries.as_mut_ptr().cast();
         let stack = Stack { distances, references: distances.wrapping_add(half).cast() };
         #[cfg(target_arch = "x86_64")]
-        if self.level.has_avx512() {
-            // SAFETY: a `Level` exists only for instruction sets that this machine has; the stack is that of the scene's trees.
-            unsafe { super::avx512::one::<ANY>(&self.scene, self.only_instance, ray, limit, stack) }
-        } else {
-            // SAFETY: as above.
-            unsafe { super::avx2::one::<ANY>(&self.scene, self.only_instance, ray, limit, stack) }
-        }
+        // SAFETY: a `Level` exists only for instruction sets that this machine has; the stack is that of the scene's trees.
+        return unsafe { super::avx2::one::<ANY>(&self.scene, self.only_instance, ray, limit, stack) };
         #[cfg(not(target_arch = "x86_64"))]
         unreachable!("the level has AVX2: {:?} {:?}", (ray, limit), (stack, self.only_instance))
     }

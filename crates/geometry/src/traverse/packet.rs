@@ -6,8 +6,7 @@
 //! direction and in its largest axis. Groups that do not are left to the wave. What a ray meets is decided by the same routine
 //! as everywhere; a packet only visits more boxes than the ray alone would.
 //!
-//! Against the wave, camera rays of a 512² picture (`benches/traversal.rs`): 1.2 times the rays per second on a mesh of 1.3
-//! million triangles, 1.6 on 100,000 spheres, but 0.6 on 2,000 rocks of a few pixels each, where a packet is mostly air. So a
+//! Where what the rays meet is no larger than a few pixels, as on many small instances, a packet is mostly air and slower than the wave. So a
 //! batch counts how full its packets are when they enter meshes, and goes on without them if that is too little.
 #![expect(unsafe_code, reason = "intrinsics need an instruction set, which the caller proves")]
 
@@ -74,8 +73,7 @@ impl Stack {
 }
 
 /// Traces what is coherent, and lists the other rays.
-#[target_feature(enable = "avx512f,avx512vl,avx512dq")]
-#[inline]
+#[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx512cd,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
 pub(super) fn trace<T: Task>(
     scene: &SceneGeometry<'_>,
     rays: Rays<'_>,

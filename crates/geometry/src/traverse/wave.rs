@@ -114,7 +114,7 @@ pub(crate) fn run<T: Task>(
         // Packets look for the nearest hits only: shadow rays are seldom coherent, and end at their first hit.
         if level.has_avx512() && !T::ANY && kernel == super::Kernel::Packets {
             let (mut task, mut rest) = (task, std::mem::take(&mut memory.rest));
-            super::avx512::packets(scene, rays, &mut task, &mut memory.packets, &mut rest);
+            super::packet::trace(scene, rays, &mut task, &mut memory.packets, &mut rest);
             super::avx2::run(scene, rays, Some(&rest), task, &mut memory);
             memory.rest = rest;
         } else {
