@@ -14,8 +14,7 @@ Motion, as crates/import/README.md has it, and how it is interpolated, as crates
 - That holds at keys, as many equal steps as bring the turn of a step below 0.0894 radians, rounded up to a power of two. Between keys
   matrices are interpolated, so that what turns goes along chords.
 - What is `in` a group goes along with it. It has keys where either of the two does.
-- The camera's `motion` says where `origin` and `target` are in the end; both go evenly. Its keys are frames, by the sum of the ways of its up and
-  forward axes. Between keys its place is interpolated, and those axes, which are brought to right angles again.
+- The camera's `motion` says where `origin` and `target` are in the end; both go evenly.
 """
 import argparse
 import copy
@@ -60,35 +59,26 @@ def steps_of(angle):
     return 2 ** math.ceil(math.log2(max(1.0, angle / WIDEST_STEP)))
 
 
-def between(keys, part):
-    """Where a row of keys is interpolated: the two keys, and how far it is from the first to the second."""
-    steps = len(keys) - 1
-    step = min(int(part * steps), steps - 1)
-    return keys[step], keys[step + 1], part * steps - step
-
-
 def interpolated(keys, part):
     if len(keys) == 1:
         return keys[0]
-    first, second, rest = between(keys, part)
-    return first + (second - first) * rest
+    steps = len(keys) - 1
+    step = min(int(part * steps), steps - 1)
+    return keys[step] + (keys[step + 1] - keys[step]) * (part * steps - step)
 
 
 def own_keys(node):
     """The keys of a shape, light or group in the space that it is in; one where it does not move."""
-    motion = node.get("motion")
+    motion = node.get("motion", {})
+    turns, growth = motion.get("rotate", []), motion.get("scale", 1) - 1
 
     def at(part):
-        turn = rotation(motion.get("rotate", []), part) if motion else np.eye(4)
-        growth = 1 + part * (motion.get("scale", 1) - 1) if motion else 1
-        by = np.array(motion.get("by", [0, 0, 0])) * part if motion else np.zeros(3)
-        place = translation(np.array(node.get("translate", [0, 0, 0])) + by) @ rotation(node.get("rotate", []))
-        return place @ turn @ scaling(np.array(node.get("scale", [1, 1, 1])) * growth)
+        at_first = np.array(node.get("translate", [0, 0, 0]))
+        place = translation(at_first + part * np.array(motion.get("by", [0, 0, 0]))) @ rotation(node.get("rotate", []))
+        return place @ rotation(turns, part) @ scaling(np.array(node.get("scale", [1, 1, 1])) * (1 + part * growth))
 
-    if not motion:
-        return [at(0)]
-    steps = steps_of(sum(abs(math.radians(angle)) for _, angle in motion.get("rotate", [])))
-    return [at(step / steps) for step in range(steps + 1)]
+    steps = steps_of(sum(abs(math.radians(angle)) for _, angle in turns)) if motion else 0
+    return [at(step / max(steps, 1)) for step in range(steps + 1)]
 
 
 def world_keys(node, groups):
@@ -101,36 +91,9 @@ def world_keys(node, groups):
     return [interpolated(above, step / max(steps, 1)) @ interpolated(own, step / max(steps, 1)) for step in range(steps + 1)]
 
 
-def unit(vector):
-    return vector / np.linalg.norm(vector)
-
-
-def camera_keys(camera):
-    """Rows of eye, up and forward."""
-    end = camera.get("motion", {})
-    start = {name: np.array(camera[name], float) for name in ("origin", "target")}
-
-    def at(part):
-        origin, target = (start[name] + part * (np.array(end.get(name, start[name])) - start[name]) for name in start)
-        forward = unit(target - origin)
-        right = unit(np.cross(forward, [0, 1, 0]))
-        return np.array([origin, np.cross(right, forward), forward])
-
-    looks = [at(look / 64) for look in range(65)]
-    way = sum(np.linalg.norm(b[axis] - a[axis]) for a, b in zip(looks, looks[1:]) for axis in (1, 2))
-    steps = min(steps_of(way), 64)
-    return [at(step / steps) for step in range(steps + 1)]
-
-
-def camera_at(keys, part):
-    """From the camera's space, which looks along +z with +x to the left, to the world's."""
-    first, second, rest = between(keys, part)
-    origin, up, forward = first + (second - first) * rest
-    forward = unit(forward)
-    right = unit(np.cross(forward, up))
-    matrix = np.eye(4)
-    matrix[:3] = np.column_stack([-right, np.cross(right, forward), forward, origin])
-    return matrix
+def on_the_way(camera, name, part):
+    start = np.array(camera[name], float)
+    return start + part * (np.array(camera.get("motion", {}).get(name, start)) - start)
 
 
 class Moving:
@@ -139,14 +102,13 @@ class Moving:
     def __init__(self, spec):
         self.spec = spec
         groups = spec.get("groups", {})
-        self.camera = camera_keys(spec["camera"])
         self.shapes = [world_keys(shape, groups) for shape in spec["shapes"]]
         self.lights = [world_keys(light, groups) for light in spec["lights"]]
 
     def at(self, part):
         """The description of the scene as it stands after a part of the time."""
         spec = copy.deepcopy(self.spec)
-        spec["camera"]["matrix"] = camera_at(self.camera, part)
+        spec["camera"] |= {name: on_the_way(self.spec["camera"], name, part).tolist() for name in ("origin", "target")}
         for shape, keys in zip(spec["shapes"], self.shapes):
             shape["matrix"] = interpolated(keys, part)
         for light, keys in zip(spec["lights"], self.lights):

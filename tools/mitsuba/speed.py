@@ -91,10 +91,7 @@ def scene_of(spec, options):
     width, height = spec["resolution"]
     camera = spec["camera"]
     absorbs = any("absorption" in material for material in spec["materials"].values())
-    if "matrix" in camera:
-        to_world = mi.ScalarTransform4f(camera["matrix"])
-    else:
-        to_world = mi.ScalarTransform4f().look_at(camera["origin"], camera["target"], [0, 1, 0])
+    to_world = mi.ScalarTransform4f().look_at(camera["origin"], camera["target"], [0, 1, 0])
     scene = {
         "type": "scene",
         "integrator": {"type": "volpath" if absorbs else "path", "max_depth": spec["max_bounces"] + 1, "rr_depth": 100_000},
