@@ -18,7 +18,7 @@ use brewster_world::Scene;
 use exr::prelude::{ReadChannels, ReadLayers, read};
 
 /// The scenes.
-pub const REFERENCES: [&str; 11] = [
+pub const REFERENCES: [&str; 12] = [
     "absorbing-glass",
     "diffuse-box",
     "fog-and-milk",
@@ -28,6 +28,7 @@ pub const REFERENCES: [&str; 11] = [
     "many-lights",
     "metals-rough",
     "metals-smooth",
+    "moving-things",
     "punctual-lights",
     "slab-stack",
 ];

@@ -26,7 +26,7 @@
 //! - `policies_agree`: splitting, choosing, roulette, samplers and integrators agree in mean.
 //! - `principled`: glTF's material is at its ends what other materials are.
 //! - `recursion_agrees`: the queues compute what a plain recursion of the lecture's algorithm computes.
-//! - `references_agree`: eleven scenes look as Mitsuba 3 renders them.
+//! - `references_agree`: twelve scenes look as Mitsuba 3 renders them.
 //! - `references_are_whole`: every reference scene can be read, without a warning, and has its picture beside it.
 //! - `self_intersection`: no specks and no leaks, at the origin and far from it.
 //! - `stages_covered`: one picture uses every stage and every queue.

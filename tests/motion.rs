@@ -158,6 +158,35 @@ fn a_moving_camera_sees_a_still_world_as_a_still_one_sees_it_pass() {
     assert!((mean(&pan) / mean(&pass) - 1.0).abs().max_element() < 1e-3);
 }
 
+/// A camera that nears what it looks at, and turns by little: eye and target both go evenly, so that the view is known at every moment.
+#[test]
+fn a_camera_looks_at_its_target_all_the_time() {
+    let (eye, target) =
+        ([DVec3::new(0.0, 0.5, 6.0), DVec3::new(0.1, 0.5, 1.0)], [DVec3::ZERO, DVec3::new(0.2, 0.1, 0.0)]);
+    let scene = parse(
+        "Scene(
+            settings: (integrator: Path),
+            camera: Perspective(
+                eye: (0, 0.5, 6), target: (0, 0, 0), vfov: 36,
+                motion: (eye: (0.1, 0.5, 1), target: (0.2, 0.1, 0)),
+            ),
+            background: 1,
+            entities: [(shape: Sphere(radius: 0.1), material: Lambert())],
+        )",
+    );
+    for moment in 0..1000 {
+        let s = (f64::from(moment) + 0.5) * 1e-3;
+        let [from, to] = [eye, target].map(|way| way[0].lerp(way[1], s));
+        let frame = scene.cameras[0].frame(s as f32);
+        let forward = (to - from).normalize();
+        let right = forward.cross(DVec3::Y).normalize();
+        assert!((frame.position.as_dvec3() - from).length() < 1e-5, "at {s}: {frame:?}");
+        for (axis, expected) in [(frame.forward, forward), (frame.right, right), (frame.up, right.cross(forward))] {
+            assert!((axis.as_dvec3() - expected).length() < 1e-4, "at {s}: {axis}, not {expected}");
+        }
+    }
+}
+
 /// The irradiance of a lamp on its way, by the midpoint rule over the time: E = I cos θ / d² of a point, π L (r/d)² cos θ of a ball
 /// above the horizon, L A cos θ cos θ' / d² of a small panel, whose side turns away. Albedo over π of it goes up.
 #[test]

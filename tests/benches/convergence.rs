@@ -1,4 +1,4 @@
-//! Error against samples on the ten reference scenes: `cargo bench -p brewster-tests --bench convergence [-- FILE.svg]`.
+//! Error against samples on the reference scenes: `cargo bench -p brewster-tests --bench convergence [-- FILE.svg]`.
 //!
 //! The error is the root of the mean square over pixels and channels of half the difference between two pictures with seeds of
 //! their own, over the picture's mean. Independent samples would have it fall with the power -½ of their number; the Sobol

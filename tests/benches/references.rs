@@ -1,4 +1,4 @@
-//! The eleven reference scenes against Mitsuba's pictures, in full: `cargo bench -p brewster-tests --bench references [-- SCENE…]`.
+//! The twelve reference scenes against Mitsuba's pictures, in full: `cargo bench -p brewster-tests --bench references [-- SCENE…]`.
 //! `-- offset SCENE…` starts rays as far off the surfaces as Mitsuba does.
 //!
 //! Prints one line a scene, and fails if one does not agree. Samples are as many as make our standard error no larger than

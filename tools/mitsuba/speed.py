@@ -3,8 +3,8 @@
     pip install mitsuba
     python tools/mitsuba/speed.py [SCENE...] [--variant scalar_rgb] [--sampler independent] [--threads 1] [--spp 64]
 
-Builds tests/references/specs/NAME.json, the descriptions that the references were rendered from, with the same integrators. The LLVM variants
-need LLVM's shared library, which DRJIT_LIBLLVM_PATH may name.
+Builds tests/references/specs/NAME.json, the descriptions that the references were rendered from, with the same integrators; those that move
+are left to moving.py. The LLVM variants need LLVM's shared library, which DRJIT_LIBLLVM_PATH may name.
 """
 import argparse
 import json
@@ -46,6 +46,8 @@ def bsdf(material):
 
 
 def transform(shape):
+    if "matrix" in shape:
+        return mi.ScalarTransform4f(shape["matrix"])
     to_world = mi.ScalarTransform4f()
     if "translate" in shape:
         to_world = to_world.translate(shape["translate"])
@@ -155,8 +157,10 @@ def main():
     parser.add_argument("--spp", type=int, default=64)
     options = parser.parse_args()
     mi.set_variant(options.variant)
-    for name in options.scenes or sorted(path.stem for path in (REFERENCES / "specs").glob("*.json")):
+    still = (path.stem for path in (REFERENCES / "specs").glob("*.json") if "motion" not in json.loads(path.read_text())["camera"])
+    for name in options.scenes or sorted(still):
         measure(name, options)
 
 
-main()
+if __name__ == "__main__":
+    main()

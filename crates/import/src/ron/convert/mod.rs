@@ -163,7 +163,7 @@ fn pan_to(
     pan: &schema::Pan,
     (from, place): ([Vec3; 3], Affine3A),
 ) -> Option<Option<world::Motion>> {
-    const LOOKS: usize = 64;
+    const LOOKS: usize = 256;
     let to = [pan.eye.unwrap_or(from[0]), pan.target.unwrap_or(from[1]), pan.up.unwrap_or(from[2])];
     if to == from {
         return Some(None);
@@ -173,11 +173,9 @@ fn pan_to(
     for look in 1..=LOOKS {
         places.push(at(look as f32 / LOOKS as f32)?);
     }
-    let turned = |pair: &[Affine3A]| {
-        let [a, b] = [pair[0].matrix3, pair[1].matrix3];
-        (b.z_axis - a.z_axis).length() + (b.y_axis - a.y_axis).length()
-    };
-    let steps = world::Motion::steps_of(places.windows(2).map(turned).sum()).min(LOOKS);
+    // Between two steps a camera turns evenly. One that looks at a point while it comes nearer does not, however little it turns.
+    let turns = places.iter().any(|look| !look.matrix3.abs_diff_eq(place.matrix3, 1e-5));
+    let steps = if turns { LOOKS } else { 1 };
     let step = |step: usize| place.inverse() * places[step * LOOKS / steps];
     Some(world::Motion::through((1..=steps).map(step).collect::<Vec<_>>()))
 }
