@@ -22,7 +22,7 @@ pub struct NamedOrigin {
     path: String,
     /// The stage that made it.
     stage: &'static str,
-    /// The last surface's entity, by its name or its key.
+    /// The last surface's entity, by its name, its place in the scene file, or its key.
     entity: Option<String>,
     /// That entity's material, by its name or its kind.
     material: Option<String>,
@@ -52,12 +52,14 @@ impl NamedOrigin {
     }
 }
 
-/// A name in the scene file, or what it is and its key.
+/// A name in the scene file, or what it is and its place there, or its key.
 pub(crate) fn key_name(session: &Session, key: u64, what: &str) -> String {
-    session.scene().name_of(SceneKey(key)).map_or_else(|| format!("{what} {key}"), str::to_owned)
+    let place = || session.places().describe(SceneKey(key)).map(|place| format!("{what} at {place}"));
+    let name = session.scene().name_of(SceneKey(key)).map(str::to_owned);
+    name.or_else(place).unwrap_or_else(|| format!("{what} {key}"))
 }
 
-/// The name of an instance's entity, or its key.
+/// The name of an instance's entity, or its place in the scene file, or its key.
 pub(crate) fn entity_name(session: &Session, instance: u32) -> String {
     key_name(session, session.buffers().instances.view().key[instance as usize], "entity")
 }

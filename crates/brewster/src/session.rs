@@ -5,9 +5,10 @@ use std::path::{Path, PathBuf};
 
 use brewster_buffers::{Integrator, SamplerKind, SceneBuffers, Settings};
 use brewster_film::{FilmError, MAX_PIXELS};
-use brewster_import::{Applied, Diagnostic, Failure, Importer, Limits, LoadOptions, Loaded};
+use brewster_import::{Applied, Code, Diagnostic, Failure, Importer, Limits, LoadOptions, Loaded, Places};
 use brewster_wavefront::Unsupported;
 use brewster_wavefront::explain::ExplainError;
+use brewster_world::components::SceneKey;
 use brewster_world::{FlattenReport, Invalid, Scene};
 use glam::UVec2;
 
@@ -89,6 +90,7 @@ pub struct Session {
     settings: SettingsChoices,
     importer: Importer,
     scene: Scene,
+    places: Places,
     report: FlattenReport,
     warnings: Vec<Diagnostic>,
     dependencies: Vec<PathBuf>,
@@ -109,6 +111,7 @@ impl Session {
             settings,
             importer: Importer::new(load),
             scene: Scene::new(),
+            places: Places::default(),
             report: FlattenReport::default(),
             warnings: Vec::new(),
             hash: 0,
@@ -152,6 +155,7 @@ impl Session {
         });
         match result {
             Ok((loaded, applied)) => {
+                self.places = loaded.places;
                 self.warnings = loaded.diagnostics;
                 self.dependencies = loaded.dependencies;
                 self.hash = loaded.hash;
@@ -168,13 +172,26 @@ impl Session {
     ///
     /// # Errors
     ///
-    /// Entities that cannot be flattened; the others are.
+    /// Entities that cannot be flattened, with their places in the scene's files; the others are. [`Session::report`] has the entities.
     pub fn flatten(&mut self) -> Result<&FlattenReport, SessionError> {
         self.report = self.timeline.time("flatten", || self.scene.flatten());
         match self.report.invalid.is_empty() {
             true => Ok(&self.report),
-            false => Err(SessionError::Invalid(self.report.invalid.clone())),
+            false => {
+                Err(SessionError::Invalid(self.report.invalid.iter().map(|invalid| self.located(invalid)).collect()))
+            }
         }
+    }
+
+    /// What is wrong with an entity, at its place.
+    fn located(&self, invalid: &Invalid) -> Diagnostic {
+        let key = self.scene.world().get::<SceneKey>(invalid.entity).copied().unwrap_or(SceneKey::UNASSIGNED);
+        let message = match (&invalid.name, self.places.describe(key)) {
+            (Some(name), _) => format!("{name:?}: {}", invalid.problem),
+            (None, Some(_)) => invalid.problem.to_string(),
+            (None, None) => invalid.to_string(),
+        };
+        self.places.error(key, Code::Invalid, message)
     }
 
     /// Makes ready to render what was flattened.
@@ -240,6 +257,11 @@ impl Session {
         self.scene.buffers()
     }
 
+    /// Where the entities stand in the scene's files.
+    pub fn places(&self) -> &Places {
+        &self.places
+    }
+
     /// What the last flatten did.
     pub fn report(&self) -> &FlattenReport {
         &self.report
@@ -272,7 +294,7 @@ pub enum SessionError {
     /// The file, or one that it refers to, cannot be used.
     Import(Failure),
     /// Entities that cannot be flattened.
-    Invalid(Vec<Invalid>),
+    Invalid(Vec<Diagnostic>),
     /// There is no such camera.
     Camera {
         /// The one asked for; `None` for the first.
@@ -293,8 +315,8 @@ impl fmt::Display for SessionError {
         match self {
             SessionError::Import(failure) => f.write_str(failure.to_string().trim_end()),
             SessionError::Invalid(invalid) => {
-                let lines: Vec<String> = invalid.iter().map(Invalid::to_string).collect();
-                f.write_str(&lines.join("\n"))
+                let each: Vec<String> = invalid.iter().map(Diagnostic::to_string).collect();
+                f.write_str(each.join("\n").trim_end())
             }
             SessionError::Camera { name: None, .. } => {
                 f.write_str("the scene has no camera: it is given one by its file, or by `--eye` or `--orbit`")

@@ -127,6 +127,8 @@ codes! {
     Cycle = "cycle",
     /// A transform that flattens space and so has no inverse.
     Singular = "singular-transform",
+    /// An entity that no picture can hold, as one that is too far away together with those above it.
+    Invalid = "invalid-entity",
     /// Parts of an entity that do not go together.
     Composition = "composition",
     /// Something that the integrator does not render, or makes nothing of.

@@ -43,6 +43,7 @@ mod keys;
 mod limits;
 pub mod manual;
 mod mesh;
+mod places;
 mod ron;
 mod sandbox;
 mod scene;
@@ -61,6 +62,7 @@ pub use diagnostics::{Code, Diagnostic, Excerpt, Severity};
 pub use export::Exported;
 pub use gltf::GltfChoices;
 pub use limits::Limits;
+pub use places::Places;
 pub use scene::{Applied, Imported, Scene};
 pub use view::{EnvironmentChoice, ViewChoices};
 
@@ -90,6 +92,8 @@ pub struct LoadOptions {
 pub struct Loaded {
     /// What its entities are to be.
     pub scene: Scene,
+    /// Where they stand in the scene's files.
+    pub places: Places,
     /// Warnings, and notes on what was made of the file.
     pub diagnostics: Vec<Diagnostic>,
     /// The files that were read, the scene's own first: when one changes, the scene may.
@@ -201,7 +205,10 @@ impl Importer {
         let (dependencies, hash) = (session.dependencies, session.digest.finish());
         let diagnostics = session.found.finish();
         match scene {
-            Some(scene) => Ok(Loaded { scene, diagnostics, dependencies, hash }),
+            Some(scene) => {
+                let places = Places::new(&scene.rows, session.sources);
+                Ok(Loaded { scene, places, diagnostics, dependencies, hash })
+            }
             None => Err(Failure { diagnostics, dependencies }),
         }
     }

@@ -16,7 +16,7 @@ pub(crate) struct Span {
 
 /// Row of [`Sources`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(crate) struct SourceId(u16);
+pub(crate) struct SourceId(pub(crate) u16);
 
 /// One text: a file, or the value of an override.
 #[derive(Debug)]
@@ -52,6 +52,11 @@ impl Sources {
 
     pub(crate) fn get(&self, id: SourceId) -> &Source {
         &self.rows[usize::from(id.0)]
+    }
+
+    /// All of them, by their ids.
+    pub(crate) fn into_rows(self) -> Vec<Source> {
+        self.rows
     }
 
     /// The text of a place.

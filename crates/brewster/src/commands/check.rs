@@ -1,8 +1,8 @@
 //! `brewster check`: what is wrong with a scene.
 
-use brewster::film::PixelOrder;
-use brewster::import::{Diagnostic, Severity};
+use brewster::import::{Code, Diagnostic, Severity};
 use brewster::wavefront::{Policy, Renderer};
+use brewster::world::components::SceneKey;
 use brewster::{Session, SessionError, SettingsChoices};
 use clap::{Args, ValueEnum};
 use serde::Serialize;
@@ -35,23 +35,15 @@ struct Findings {
     version: u32,
     errors: usize,
     warnings: usize,
-    diagnostics: Vec<Finding>,
-}
-
-/// A diagnostic about the scene's text, or a problem that shows only in the scene as a whole.
-#[derive(Debug, Serialize)]
-#[serde(untagged)]
-enum Finding {
-    Text(Diagnostic),
-    Whole { severity: Severity, code: &'static str, message: String, file: String, line: u32, column: u32 },
+    diagnostics: Vec<Diagnostic>,
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let mut session = arguments.scene.session(SettingsChoices::default())?;
     let progress = Terminal::new(false).begin("check");
-    let diagnostics = findings(&mut session);
+    let diagnostics = findings(&mut session)?;
     drop(progress);
-    let count = |severity| diagnostics.iter().filter(|finding| finding.severity() == severity).count();
+    let count = |severity| diagnostics.iter().filter(|finding| finding.severity == severity).count();
     let (errors, warnings) = (count(Severity::Error), count(Severity::Warning));
     let text = match arguments.format {
         TextFormat::Json => {
@@ -61,7 +53,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         TextFormat::Text => {
             let [errors, warnings] = [(errors, "error"), (warnings, "warning")].map(|(n, noun)| plural(n as u64, noun));
             let summary = format!("{}: {errors}, {warnings}", session.path().display());
-            diagnostics.iter().map(Finding::text).chain([summary]).collect::<Vec<_>>().join("\n")
+            diagnostics.iter().map(Diagnostic::to_string).chain([summary]).collect::<Vec<_>>().join("\n")
         }
     };
     print(text + "\n")?;
@@ -69,53 +61,21 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
 }
 
 /// Everything that loading, flattening and making ready to render have to say.
-fn findings(session: &mut Session) -> Vec<Finding> {
-    let file = session.path().display().to_string();
-    let problem = |code, message| {
-        let (severity, file) = (Severity::Error, file.clone());
-        Finding::Whole { severity, code, message, file, line: 0, column: 0 }
-    };
-    if let Err(error) = session.load() {
-        return match error {
-            SessionError::Import(failure) => failure.diagnostics.into_iter().map(Finding::Text).collect(),
-            other => vec![problem("load", other.to_string())],
-        };
+fn findings(session: &mut Session) -> Result<Vec<Diagnostic>, Failure> {
+    match session.load() {
+        Err(SessionError::Import(failure)) => return Ok(failure.diagnostics),
+        loaded => drop(loaded?),
     }
-    let mut found: Vec<_> = session.warnings().iter().cloned().map(Finding::Text).collect();
-    if let Err(error) = session.flatten() {
-        match error {
-            SessionError::Invalid(invalid) => {
-                found.extend(invalid.iter().map(|invalid| problem("invalid-entity", invalid.to_string())));
-            }
-            other => found.push(problem("invalid-entity", other.to_string())),
-        }
+    let mut found = session.warnings().to_vec();
+    match session.flatten() {
+        Err(SessionError::Invalid(invalid)) => found.extend(invalid),
+        flattened => drop(flattened?),
     }
     let buffers = session.buffers();
-    let [width, height] = buffers.settings.resolution.to_array();
-    found.extend(PixelOrder::new(width, height, None).err().map(|error| problem("unsupported", error.to_string())));
     for (number, camera) in buffers.cameras.iter().enumerate() {
         if let Err(error) = Renderer::new(buffers, number, 1, Policy::default(), false) {
-            let name = if camera.name.is_empty() { String::new() } else { format!(" {:?}", camera.name) };
-            found.push(problem("unsupported", format!("camera{name}: {error}")));
+            found.push(session.places().error(SceneKey(camera.key), Code::Integrator, error.to_string()));
         }
     }
-    found
-}
-
-impl Finding {
-    fn severity(&self) -> Severity {
-        match self {
-            Finding::Text(diagnostic) => diagnostic.severity,
-            Finding::Whole { severity, .. } => *severity,
-        }
-    }
-
-    fn text(&self) -> String {
-        match self {
-            Finding::Text(diagnostic) => diagnostic.to_string(),
-            Finding::Whole { severity, code, message, file, .. } => {
-                format!("{severity}[{code}]: {message}\n--> {file}\n")
-            }
-        }
-    }
+    Ok(found)
 }

@@ -99,7 +99,7 @@ impl Failure {
 impl From<SessionError> for Failure {
     fn from(error: SessionError) -> Failure {
         match error {
-            SessionError::Import(_) => Failure::Diagnostics(error.to_string()),
+            SessionError::Import(_) | SessionError::Invalid(_) => Failure::Diagnostics(error.to_string()),
             _ => Failure::input(error),
         }
     }

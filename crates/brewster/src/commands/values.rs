@@ -20,7 +20,7 @@ use super::Failure;
 #[derive(Clone, Copy, Debug, Default, Args)]
 pub(crate) struct DisplayArguments {
     /// Stops: radiance is multiplied by 2^STOPS before it is shown.
-    #[arg(long, value_name = "STOPS", allow_negative_numbers = true, value_parser = finite)]
+    #[arg(long, value_name = "STOPS", allow_negative_numbers = true, value_parser = stops)]
     pub exposure: Option<f32>,
     /// The curve from radiance to display values.
     #[arg(long, value_name = "CURVE", value_parser = tone_map())]
@@ -55,6 +55,12 @@ pub(crate) fn one_of<T: Clone + Send + Sync + 'static>(
         let found = values.iter().find(|(name, _)| name.eq_ignore_ascii_case(&given));
         found.expect("the parser lets only these names through").1.clone()
     })
+}
+
+/// Stops of exposure, in the range that scenes have.
+fn stops(text: &str) -> Result<f32, String> {
+    finite(text)?;
+    finite(text).ok().filter(|stops| stops.abs() <= 100.0).ok_or_else(|| "expected stops from -100 to 100".into())
 }
 
 /// A finite number.
@@ -231,6 +237,8 @@ mod tests {
 
     #[test]
     fn infinite_exposures_are_refused() {
+        assert_eq!((stops("-1.5"), stops("100")), (Ok(-1.5), Ok(100.0)));
+        assert!(stops("100.5").is_err() && stops("-1e30").is_err() && stops("NaN").is_err());
         assert_eq!(finite("-1.5"), Ok(-1.5));
         for wrong in ["", "inf", "NaN", "1e99", "two"] {
             assert!(finite(wrong).is_err() && above_zero(wrong).is_err(), "{wrong}");

@@ -48,13 +48,36 @@ fn what_the_integrator_cannot_render_is_an_error() {
     let lens = "vfov: 36, lens: (aperture_radius: 0.1, focus_distance: 5)";
     desk.write("scene.ron", &SCENE.replace("vfov: 36", lens));
     let json = findings(&desk, 1);
-    assert_eq!(json["diagnostics"][0]["code"], "unsupported");
+    assert_eq!((&json["diagnostics"][0]["code"], &json["diagnostics"][0]["line"]), (&"integrator".into(), &3.into()));
     assert!(json["diagnostics"][0]["message"].as_str().unwrap().contains("lens"), "{json}");
     desk.run("render scene.ron").expect(1, "lens");
+
+    // The camera goes into the glass while the shutter is open.
+    let pan = "vfov: 36, motion: (eye: (1.2, 1, 0.4), target: (1.2, 1, -1))";
+    let glass = "shape: Sphere(radius: 1), material: \"glass\"";
+    let scene = SCENE.replace("vfov: 36", pan).replace("shape: Box(size: (1.6, 2, 0.1)), material: \"glass\"", glass);
+    desk.write("scene.ron", &scene);
+    let json = findings(&desk, 1);
+    assert_eq!((&json["diagnostics"][0]["code"], &json["diagnostics"][0]["line"]), (&"integrator".into(), &3.into()));
 
     desk.write("scene.ron", &SCENE.replace("(48, 32)", "(65536, 65536)"));
     let json = findings(&desk, 1);
     assert!(json["diagnostics"][0]["message"].as_str().unwrap().contains("65536 x 65536"), "{json}");
+}
+
+#[test]
+fn entities_that_no_picture_holds_have_a_place() {
+    let desk = Desk::new();
+    let far = r#"        (at: (9e14, 0, 0), children: [
+            (shape: Sphere(), material: "gold", at: (9e14, 0, 0)),
+        ]),
+        (name: "lamp", "#;
+    desk.write("scene.ron", &SCENE.replace("        (name: \"lamp\", ", far));
+    let json = findings(&desk, 1);
+    let found = &json["diagnostics"][0];
+    assert_eq!((&found["code"], &found["file"]), (&"invalid-entity".into(), &"scene.ron".into()));
+    assert_eq!((&found["line"], &found["column"]), (&16.into(), &13.into()), "{json}");
+    desk.run("render scene.ron").expect(1, "scene.ron:16:13");
 }
 
 #[test]

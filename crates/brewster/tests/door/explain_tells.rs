@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use serde_json::Value;
 
-use super::desk::Desk;
+use super::desk::{Desk, SCENE};
 
 /// The samples' rays.
 fn rays(explanation: &Value) -> Vec<&Value> {
@@ -32,6 +32,16 @@ fn the_parts_add_up_to_the_pixel() {
     // From vacuum into glass.
     assert_eq!(glass["surface"]["media"][0]["name"], "vacuum");
     assert_eq!(glass["surface"]["media"][1], serde_json::json!({"name": "glass", "ior": 1.5}));
+}
+
+#[test]
+fn what_has_no_name_is_known_by_its_place() {
+    let desk = Desk::new();
+    desk.write("scene.ron", &SCENE.replace("name: \"pane\", ", ""));
+    desk.run("explain scene.ron --pixel 34,18 -o a.json").expect(0, "");
+    let explanation = desk.json("a.json");
+    let rays = rays(&explanation);
+    assert!(rays.iter().any(|ray| ray["surface"]["entity"] == "entity at scene.ron:14:9"), "{explanation}");
 }
 
 #[test]

@@ -8,7 +8,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use brewster_world::components as world;
-use brewster_world::components::parts::TriangleMesh;
+use brewster_world::components::parts::{Affine, TriangleMesh};
 use glam::{Affine3A, Mat3A, Quat, Vec3};
 use gltf::json::mesh::Semantic;
 use gltf::json::validation::Checked;
@@ -284,6 +284,7 @@ impl Spawner<'_, '_> {
         primitives: &[(Arc<world::Shape>, u32)],
     ) -> Found<()> {
         let path = format!("nodes[{node}]");
+        let within = self.places[node];
         let node = &self.document.root.nodes[node];
         let instances = ext_mesh_gpu_instancing::places(self.document, node, &path)?;
         let parent = row.filter(|_| node.skin.is_none());
@@ -291,7 +292,7 @@ impl Spawner<'_, '_> {
             ([(shape, material)], None, Some(row)) => self.wear(row, shape, *material),
             _ => {
                 for place in instances.unwrap_or_else(|| vec![Affine3A::IDENTITY]) {
-                    if !is_regular(&place) {
+                    if !is_regular(&place) || !is_regular(&parent.map_or(place, |_| within * place)) {
                         let message = "an instance whose transform flattens space is left out";
                         self.reporter.note(Code::Decision, path.as_str(), message);
                         continue;
@@ -405,9 +406,28 @@ impl Spawner<'_, '_> {
     }
 }
 
-/// Whether a transform can be undone.
+/// Whether a transform can be undone, by the tracer, too: the inverse has to be finite.
 fn is_regular(place: &Affine3A) -> bool {
     let Mat3A { x_axis: x, y_axis: y, z_axis: z } = place.matrix3;
     let volume = x.cross(y).dot(z).abs();
-    place.is_finite() && volume > 1e-9 * x.length() * y.length() * z.length() && volume > f32::MIN_POSITIVE
+    let is_flat = volume <= 1e-9 * x.length() * y.length() * z.length() || volume <= f32::MIN_POSITIVE;
+    !is_flat && Affine::from_affine3a(*place).is_ok_and(|place| place.inverse().is_ok())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn transforms_whose_inverse_is_not_finite_are_not_regular() {
+        let shrunk = |size: f32, far: f32| {
+            Affine3A::from_scale_rotation_translation(Vec3::splat(size), Quat::IDENTITY, Vec3::X * far)
+        };
+        // The inverse is 1/size times a point less far.
+        for (size, far, expected) in [(1.0, 1e30, true), (1e-3, 1e30, true), (1e-3, 1e38, false), (1e-12, 1e30, false)]
+        {
+            assert_eq!(is_regular(&shrunk(size, far)), expected, "{size} at {far}");
+        }
+        assert!(!is_regular(&Affine3A::from_scale(Vec3::new(1.0, 0.0, 1.0))));
+    }
 }

@@ -50,8 +50,9 @@ pub(crate) fn load(
     if resolver.session.integrator == Integrator::Path && scene.settings.transparent_shadows.value {
         resolver.session.refused.push((scene.settings.transparent_shadows.span, "transparent shadows"));
     }
+    let scene = spawn::spawn(&mut resolver, &scene, &content);
     report_refused(resolver.session);
-    let scene = spawn::spawn(&mut resolver, &scene, &content)?;
+    let scene = scene?;
     if session.found.errors() == 0 {
         check::check(session, &scene, &name);
     }

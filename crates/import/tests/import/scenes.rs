@@ -129,6 +129,7 @@ fn every_shape_says_what_it_says() {
 fn lights_and_cameras_stand_and_look_where_they_are_told() {
     let (_, mut world) = load(
         r#"Scene(
+            settings: (integrator: Path),
             cameras: {
                 "front": Perspective(eye: (1, 2, 8), target: (1, 2, 0), vfov: 90),
                 "top": Orthographic(eye: (0, 9, 0), up: (0, 0, -1), height: 4, lens: (aperture_radius: 0.5, focus_distance: 9)),

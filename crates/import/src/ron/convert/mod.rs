@@ -131,7 +131,13 @@ pub(crate) fn camera(
         }
     };
     let lens = match lens {
-        Some(lens) => Some(self::lens(session, lens, &projection, eye.distance(*target))?),
+        Some(at) => {
+            let lens = self::lens(session, at, &projection, eye.distance(*target))?;
+            if session.integrator == parts::Integrator::Whitted && lens.aperture_radius > 0.0 {
+                session.refused.push((at.span, "a lens"));
+            }
+            Some(lens)
+        }
         None => None,
     };
     let place = view(session, camera.span, [*eye, *target, *up])?;

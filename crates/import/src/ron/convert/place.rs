@@ -53,6 +53,9 @@ fn transform(session: &mut Session, place: &Place) -> Option<Affine3A> {
     regular(session, Affine3A::from_mat3_translation(linear, at), scale.span)
 }
 
+/// Degrees that a motion turns by at most: it goes in so many steps only that look round to here.
+const MOST_TURN: f32 = 5000.0;
+
 /// How an entity at a place moves; none if it does not, or after an error.
 ///
 /// What turns keeps its shape, however it is scaled: it turns after it was scaled, about the axes that its place gives it.
@@ -64,6 +67,12 @@ pub(crate) fn motion(session: &mut Session, motion: &schema::Motion, place: Affi
         rotate(session, rotation, 1.0)?;
     }
     let angle = turning.map_or(0.0, |turn| turn.angle.unwrap_or(turn.x.abs() + turn.y.abs() + turn.z.abs()));
+    if let Some(rotation) = turning.filter(|_| angle.abs() > MOST_TURN) {
+        let message = format!("a motion does not turn by {angle} degrees");
+        let error = session.sources.error(Code::Range, rotation.span, message);
+        session.found.push(error.expected(format!("{MOST_TURN} degrees in all at most")));
+        return None;
+    }
     let moved = world::Motion::turning(angle.to_radians(), |s| {
         let turned = turning.and_then(|rotation| rotate(session, rotation, s)).unwrap_or(Mat3::IDENTITY);
         let turned = match turned == Mat3::IDENTITY {

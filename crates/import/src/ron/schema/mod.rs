@@ -376,7 +376,7 @@ schema! {
     record Motion {
         /// How far it goes, straight, along the axes of its parent's space.
         by: Vec3 as "m" where PLACE = "(0, 0, 0)" => "(0.5, 0, 0)",
-        /// How it turns about its own axes, by any number of turns.
+        /// How it turns about its own axes, by 5000 degrees in all at most.
         rotate: Option<Rotation> => "(z: -90)",
         /// The factor by which it has grown in the end.
         scale: f32 where GROWTH = "1" => "1.2",
