@@ -59,8 +59,8 @@ pub(crate) fn one_of<T: Clone + Send + Sync + 'static>(
 
 /// Stops of exposure, in the range that scenes have.
 fn stops(text: &str) -> Result<f32, String> {
-    finite(text)?;
-    finite(text).ok().filter(|stops| stops.abs() <= 100.0).ok_or_else(|| "expected stops from -100 to 100".into())
+    let stops = finite(text)?;
+    if stops.abs() <= 100.0 { Ok(stops) } else { Err("expected stops from -100 to 100".to_owned()) }
 }
 
 /// A finite number.

@@ -60,7 +60,7 @@ schema! {
             /// Which coordinate.
             axis: Axis = "V" => "U",
         },
-        /// A picture file: PNG, JPEG, WebP, Radiance HDR or OpenEXR.
+        /// A picture file: PNG, JPEG, WebP, KTX2, Radiance HDR or OpenEXR.
         Image {
             /// The file, seen from the folder of the scene file.
             file: Spanned<String> => "\"wood.png\"",
